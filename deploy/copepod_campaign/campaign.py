@@ -9,9 +9,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from copepod_campaign import programs, results
+from copepod_campaign import results
 from copepod_campaign.entry import Entry, State
-from copepod_campaign.pool import RESTARTS, Pool
+from copepod_campaign.pool import RESTARTS, Pool, keep_copy
 from copepod_campaign.sweep import members_of
 from copepod_run import build
 from copepod_run.checkout import called_as
@@ -84,14 +84,14 @@ def run_items(
         directory = RunDirectory(folder)
         stack.callback(directory.close)
         report("directory", path=str(directory.path), holds="campaign")
-        own_programs = programs.keep_copy(folder)
-        entries = [Entry(member, folder, own_programs.build) for member in members]
+        programs = keep_copy(folder)
+        entries = [Entry(member, folder, programs.name) for member in members]
         for entry in entries:
             entry.look(options.rerun_other_builds)
         signals = stack.enter_context(SignalRecorder())
         _announce(name, entries, directory.shown)
         results.write(folder, name, entries)
-        pool = Pool(name, entries, jobs or _cores(), own_programs, signals, options.keep_going)
+        pool = Pool(name, entries, jobs or _cores(), programs, signals, options.keep_going)
         for _ in pool.run():
             results.write(folder, name, entries)
     shown = (lambda _: json.dumps(results.records(name, entries))) if options.json else table

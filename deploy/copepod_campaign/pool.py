@@ -3,13 +3,18 @@
 import os
 import re
 import selectors
+import shutil
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 
 from copepod_campaign.entry import Entry, State
-from copepod_campaign.programs import Programs
+from copepod_run import cleanup
+from copepod_run.checkout import build_digest, present_programs, program
+from copepod_run.destinations import make_folder
 from copepod_run.messages import complain, draw, draws, elapsed_text, report, say, speaks_json
 from copepod_run.progress import Event, clock_text
 from copepod_run.run_process import RunProcess
@@ -20,6 +25,38 @@ FAILURES = 3  # of one kind, after which no other case is started
 _REDRAW_S = 1.0
 _LINE_EVERY_S = 60.0
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
+
+
+def keep_copy(campaign_folder: Path) -> Path:
+    """Copies the present programs, so that a build in the middle of a campaign changes nothing.
+
+    Copies of other builds are removed, because this one continues their runs. The folder has the name of the build.
+    """
+    source = program("coupler").parent
+    shelf = campaign_folder / "programs"
+    target = shelf / build_digest()
+    if not target.exists():
+        make_folder(shelf)
+        cleanup.remove_folders(shelf.iterdir())
+        fresh = Path(tempfile.mkdtemp(prefix="new-", dir=shelf))
+        cleanup.claim(fresh, target.name)
+        for name in present_programs():
+            shutil.copy2(source / name, fresh / name)
+        fresh.rename(target)
+    return target.absolute()
+
+
+def _environment(programs: Path) -> dict[str, str]:
+    """Settings that make `copepod run` use these programs, and share the machine with its like.
+
+    Several mpirun at once would each bind their first rank to the same core.
+    """
+    return {
+        "OMPI_MCA_hwloc_base_binding_policy": "none",
+        "OMPI_MCA_mpi_yield_when_idle": "1",
+        **os.environ,
+        "COPEPOD_BIN_DIR": str(programs),
+    }
 
 
 class Job(RunProcess):
@@ -110,18 +147,18 @@ class Pool:
         name: str,
         entries: Sequence[Entry],
         jobs: int,
-        programs: Programs,
+        programs: Path,
         signals: SignalRecorder,
         keeps_going: bool,
     ) -> None:
-        """`name`: of the campaign; `keeps_going`: also when the first cases fail alike."""
+        """`name`: of the campaign; `programs`: their folder; `keeps_going`: also when the first cases fail alike."""
         self._name = name
         self.entries = entries
         self._keeps_going = keeps_going
         self._waiting = [entry for entry in entries if entry.state is not State.DONE]
         self._jobs = max(1, min(jobs, len(self._waiting)))
         self._ranks = max(1, len(os.sched_getaffinity(0)) // self._jobs)
-        self._environment = programs.environment()
+        self._environment = _environment(programs)
         self._signals = signals
         self._signals_seen = 0
         self._next_line = time.monotonic() + _LINE_EVERY_S

@@ -12,7 +12,6 @@ def report(options: Namespace) -> int:
     """Writes the report and prints where it is."""
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
-    from copepod_paper.additions import PaperAdditions
     from copepod_report.flow import View
     from copepod_report.report import write_report
     from copepod_report.sweeps import Choice
@@ -29,7 +28,6 @@ def report(options: Namespace) -> int:
         options.directories,
         out,
         lambda path: plan_of(path).drawn_case,
-        PaperAdditions(),
         view,
         options.format,
         choice,

@@ -17,8 +17,8 @@ def watch(options: Namespace) -> int:
     """Serves the page until a signal ends it."""
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
-    from copepod_paper.additions import PaperAdditions
-    from copepod_report.report import Canvas, opening_figures, page_of
+    from copepod_report.page import Canvas
+    from copepod_report.report import opening_figures, page_of
     from copepod_watch.follower import RunFollower
     from copepod_watch.server import WatchServer
 
@@ -32,9 +32,9 @@ def watch(options: Namespace) -> int:
         return RunFollower(path, cases[path], plan.estimate.get("cells", 0))
 
     def report(path: Path) -> str:
-        return page_of(path, lambda case: cases.get(case.parent) or plan_of(case).drawn_case, PaperAdditions())
+        return page_of(path, lambda case: cases.get(case.parent) or plan_of(case).drawn_case)
 
-    draw = partial(opening_figures, canvas=Canvas(None), additions=PaperAdditions())
+    draw = partial(opening_figures, canvas=Canvas(None))
     with WatchServer(directory, options.port, follow, report, draw, say) as server:
         if (directory / "case.yaml").is_file():
             server.watch("")

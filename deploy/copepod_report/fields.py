@@ -1,6 +1,5 @@
 """fields.h5: the flow at a step or as a mean over steps. The only place where a report reads this file."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,37 +13,28 @@ _COARSE = 24  # points along each axis of a look at the whole domain
 _MOST_VALUES = 8_000_000  # of a component of the velocity that is read whole
 
 
-@dataclass(frozen=True)
-class FieldTimes:
-    """What the velocity is recorded of: the steps of snapshots, and whether there is a mean."""
+def times_in(path: Path) -> tuple[list[int], bool]:
+    """What the velocity is recorded of: the steps of snapshots, and whether there is a mean; nothing without a file.
 
-    steps: tuple[int, ...] = ()
-    has_mean: bool = False
-
-
-@dataclass(frozen=True)
-class FieldLayer:
-    """Velocity in a plane of the lattice; shape (rows, columns, 3): the later axis of the plane first."""
-
-    velocity_m_per_s: np.ndarray
-    first_cell: tuple[int, int, int]  # of the recorded box, x, y, z
-    at_cells: float  # coordinate of the plane along its normal
-
-
-def times_in(path: Path) -> FieldTimes:
-    """Nothing without a file. Raises OSError if it is damaged, or being written."""
+    Raises OSError if it is damaged, or being written.
+    """
     if not path.exists():
-        return FieldTimes()
+        return [], False
     with _opened(path) as file:
         groups = [name for name in file if _VELOCITY in file[name]]
         steps = sorted(int(name.removeprefix(_SNAPSHOT)) for name in groups if name.startswith(_SNAPSHOT))
-        return FieldTimes(tuple(steps), MEAN in groups)
+        return steps, MEAN in groups
 
 
-def read_layer(path: Path, time: str | int, normal: int, coordinate_cells: float) -> FieldLayer:
+def read_layer(
+    path: Path, time: str | int, normal: int, coordinate_cells: float
+) -> tuple[np.ndarray, list[int], float]:
     """The plane normal to an axis (0, 1, 2) nearest to a coordinate; `time`: «mean» or the step of a snapshot.
 
     On a face between two layers of cells it is their mean.
+
+    @return velocity [m/s], shape (rows, columns, 3), the later axis of the plane first; first cell of the recorded box
+            along x, y, z; coordinate of the plane along its normal [cells]
     """
     with _opened(path) as file:
         group = file[_name(time)]
@@ -52,8 +42,9 @@ def read_layer(path: Path, time: str | int, normal: int, coordinate_cells: float
         first = [int(group.attrs.get(f"first_cell_{axis}", 0)) for axis in "xyz"]  # of a part of the domain
         inside = coordinate_cells - first[normal]
         layers = _layers_at(inside, velocity.shape[2 - normal])
-        mean = np.mean([_layer(velocity, normal, layer) for layer in layers], axis=0)
-        return FieldLayer(mean, (first[0], first[1], first[2]), first[normal] + float(np.mean(layers)) + 0.5)
+        before = (slice(None),) * (2 - normal)
+        mean = np.mean([velocity[(*before, layer)] for layer in layers], axis=0)
+        return mean, first, first[normal] + float(np.mean(layers)) + 0.5
 
 
 def read_coarse(path: Path, time: str | int) -> np.ndarray:
@@ -102,9 +93,3 @@ def _layers_at(coordinate_cells: float, cells: int) -> list[int]:
     if abs(coordinate_cells - face) < 1e-6 and 0 < face < cells:
         return [face - 1, face]
     return [min(max(int(coordinate_cells), 0), cells - 1)]
-
-
-def _layer(velocity: Any, normal: int, number: int) -> np.ndarray:
-    index: list[slice | int] = [slice(None)] * 3
-    index[2 - normal] = number
-    return velocity[tuple(index)]

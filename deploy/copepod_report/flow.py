@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import PowerNorm
 from matplotlib.ticker import NullLocator
 
-from copepod_report.fields import MEAN, FieldTimes, read_coarse, read_layer, times_in
+from copepod_report.fields import MEAN, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, rotated
 from copepod_report.scene import surfaces_of
 from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
@@ -84,8 +84,7 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     Raises Stop(2) if the run lacks what the view names, Stop(73) if its file is damaged.
     """
     path = run.directory / "fields.h5"
-    times = read_file(path, times_in)
-    found = _time_of(run, view, times)
+    found = _time_of(run, view, *read_file(path, times_in))
     if found is None:
         return None
     time = found
@@ -97,8 +96,9 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     length_m = run.domain_m[normal]
     if not 0 <= at_m <= length_m:
         raise _unusable(f"--at {at_m:g}", run, f"its domain ends at {_AXES[normal]} = {length_m:g} m", "Choose less")
-    layer = read_file(path, lambda path: read_layer(path, time, normal, at_m / run.cell_size_m))
-    velocity = layer.velocity_m_per_s - _velocity_of(run, followed, window)
+    cells = at_m / run.cell_size_m
+    velocity, first_cell, at_cells = read_file(path, lambda path: read_layer(path, time, normal, cells))
+    velocity = velocity - _velocity_of(run, followed, window)
     if across < along:  # the later axis comes first
         velocity = velocity.swapaxes(0, 1)
     if min(velocity.shape[:2]) < 2:
@@ -106,10 +106,10 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     return FlowPicture(
         along,
         across,
-        layer.at_cells * run.cell_size_m,
+        at_cells * run.cell_size_m,
         velocity[..., along],
         velocity[..., across],
-        (layer.first_cell[along], layer.first_cell[across]),
+        (first_cell[along], first_cell[across]),
         (window[0], window[1]),
         view.frame,
         _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None,
@@ -120,16 +120,16 @@ def _unusable(option: str, run: RunRecord, reason: str, advice: str) -> Stop:
     return Stop(ExitCode.BAD_CASE, f"{option} does not suit {run.name} ({reason}). {advice}.")
 
 
-def _time_of(run: RunRecord, view: View, times: FieldTimes) -> str | int | None:
+def _time_of(run: RunRecord, view: View, snapshots: list[int], has_mean: bool) -> str | int | None:
     """The mean if there is one, else the last snapshot, unless the view names another."""
-    steps = f"steps {', '.join(map(str, times.steps[-8:]))}" if times.steps else "none"
-    if view.time in ("auto", "mean") and times.has_mean:
+    steps = f"steps {', '.join(map(str, snapshots[-8:]))}" if snapshots else "none"
+    if view.time in ("auto", "mean") and has_mean:
         return MEAN
     if view.time in ("auto", "last"):
-        return times.steps[-1] if times.steps else None
+        return snapshots[-1] if snapshots else None
     if view.time == "mean":
         raise _unusable("--time mean", run, f"it has no mean; snapshots: {steps}", "Use last, or one of them")
-    if int(view.time) not in times.steps:
+    if int(view.time) not in snapshots:
         raise _unusable(f"--time {view.time}", run, f"snapshots: {steps}", "Use one of them, last or mean")
     return int(view.time)
 
@@ -198,17 +198,14 @@ def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
 
 def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:
     """Of a frame that moves with the bodies [m/s]: over a window their drift; zero without bodies."""
-    samples = _samples(run, window)
-    velocities = []
-    for body in bodies:
-        motion = run.trajectory.of(body.name)
-        if len(samples) > 1:
-            first, last = samples[0], samples[-1]
-            times = run.trajectory.time_s
-            velocities.append((motion["position_m"][last] - motion["position_m"][first]) / (times[last] - times[first]))
-        else:
-            velocities.append(motion["velocity_m_per_s"][samples[0]])
-    return np.mean(velocities, axis=0) if velocities else np.zeros(3)
+    ends = _samples(run, window)[[0, -1]]
+    motions = [run.trajectory.of(body.name) for body in bodies]
+    if not motions:
+        return np.zeros(3)
+    if ends[0] == ends[1]:
+        return np.mean([motion["velocity_m_per_s"][ends[0]] for motion in motions], axis=0)
+    time_s = np.diff(run.trajectory.time_s[ends])
+    return np.mean([np.diff(motion["position_m"][ends], axis=0)[0] / time_s for motion in motions], axis=0)
 
 
 def _middle_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int], normal: int) -> float:
@@ -231,30 +228,23 @@ def _shown(
     return low[axes[0]], high[axes[0]], low[axes[1]], high[axes[1]]
 
 
-@dataclass(frozen=True)
-class _Layout:
-    """Where the cells of a picture and its edges are [µm]."""
-
-    along: np.ndarray
-    across: np.ndarray
-    box: Sequence[float]
-    shown: Sequence[float]
-    part: tuple[slice, slice]  # the cells that are seen, across and along
-
-
-def _layout(run: RunRecord, picture: FlowPicture) -> _Layout:
+def _layout(
+    run: RunRecord, picture: FlowPicture
+) -> tuple[np.ndarray, np.ndarray, Sequence[float], Sequence[float], tuple[slice, slice]]:
+    """Centres of the cells along and across, edges of the picture and of what is seen of it [µm], and the cells that
+    are seen, across and along."""
     cell = 1e6 * run.cell_size_m
     rows, columns = picture.speed_m_per_s.shape
     left, bottom = (cell * first for first in picture.corner_cells)
     along, across = left + cell * (np.arange(columns) + 0.5), bottom + cell * (np.arange(rows) + 0.5)
     box = [left, left + cell * columns, bottom, bottom + cell * rows]
     shown = [1e6 * edge for edge in picture.shown_m] if picture.shown_m else box
-    return _Layout(along, across, box, shown, (_inside(across, shown[2:]), _inside(along, shown[:2])))
+    return along, across, box, shown, (_inside(across, shown[2:]), _inside(along, shown[:2]))
 
 
 def top_speed_m_per_s(run: RunRecord, picture: FlowPicture) -> float:
     """Where the scale of colours ends: all but the fastest five hundredth of what is seen is slower."""
-    return float(np.quantile(picture.speed_m_per_s[_layout(run, picture).part], 0.998))
+    return float(np.quantile(picture.speed_m_per_s[_layout(run, picture)[-1]], 0.998))
 
 
 def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None) -> Any:
@@ -262,9 +252,7 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
 
     `top_m_per_s`: end of the scale of colours, by default that of this picture.
     """
-    layout = _layout(run, picture)
-    along, across, box, shown, part = layout.along, layout.across, layout.box, layout.shown, layout.part
-    rows_shown, columns_shown = part
+    along, across, box, shown, part = _layout(run, picture)
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
     figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
     axes.grid(False)
@@ -282,7 +270,7 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     if top > 0:
         velocity = picture.velocity_along_m_per_s[part], picture.velocity_across_m_per_s[part]
         look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}
-        axes.streamplot(along[columns_shown], across[rows_shown], *velocity, **look)
+        axes.streamplot(along[part[1]], across[part[0]], *velocity, **look)
     _draw_bodies(axes, run, picture)
     axes.set(xlim=shown[:2], ylim=shown[2:])
     axes.set(xlabel=f"{_AXES[picture.along]} [µm]", ylabel=f"{_AXES[picture.across]} [µm]")

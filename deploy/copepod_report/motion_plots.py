@@ -1,66 +1,60 @@
-"""Plots of motion: a swimmer's positions, driving forces, last cycle and arms with their fits; any body's path."""
+"""Plots of motion: positions, forces, last cycle and arms of three beads; any body's path; speeds of runs."""
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
+from copepod_report import resonance
+from copepod_report.run_record import RunRecord, RunResult, SwimmerRecord, fit_arm
 from copepod_report.style import LIGHT, legend_above, many_lines, new_figure
+from copepod_run.figures import figures_by_name
 
 LABELS = ("B2, trailing", "B1, middle", "B3, leading")
 
 
-def positions(swimmer: SwimmerRecord) -> tuple[Any, Any]:
-    """Figure and axes: positions of the three beads along the axis over the whole run."""
-    figure, axes = new_figure(LIGHT, 3.4)
+def of_swimmer(swimmer: SwimmerRecord) -> Iterator[tuple[str, Any, str]]:
+    """(name, figure, caption) of every plot of three beads in a row."""
+    periods, unit = swimmer.periods(), swimmer.run.length_unit[1]
     places = swimmer.positions()
-    axes.plot(swimmer.periods(), places.T, linewidth=1.3)
+
+    def plotted(height: float, samples: Any, lines: np.ndarray, width: float, label: str) -> Any:
+        figure, axes = new_figure(LIGHT, height)
+        axes.plot(periods[samples], lines.T, linewidth=width, label=LABELS)
+        axes.set(xlabel="time / period", ylabel=label)
+        return figure
+
+    figure = plotted(3.4, slice(None), places, 1.3, f"position along the axis [{unit}]")
+    (axes,) = figure.axes
+    look: dict[str, Any] = {"textcoords": "offset points"}
     for end, colour, label in zip(places[:, -1], LIGHT.beads, LABELS):
-        _annotate(axes, label, (swimmer.periods()[-1], end), xytext=(4, 0), color=colour, va="center", fontsize=9)
-    if swimmer.periods()[-1] > swimmer.cycles:
+        axes.annotate(label, (periods[-1], end), xytext=(4, 0), color=colour, va="center", fontsize=9, **look)
+    if periods[-1] > swimmer.cycles:
         axes.axvline(swimmer.cycles, color=LIGHT.ink, linewidth=0.8, linestyle=":")
-        top = {"xycoords": ("data", "axes fraction"), "xytext": (4, -2), "va": "top"}
-        _annotate(axes, "drive off", (swimmer.cycles, 1), color=LIGHT.ink, fontsize=8, **top)
-    axes.set(xlabel="time / period", ylabel=f"position along the axis [{swimmer.run.length_unit[1]}]")
-    return figure, axes
-
-
-def _annotate(axes: Any, text: str, place: tuple[float, float], **look: Any) -> None:
-    axes.annotate(text, place, textcoords="offset points", **look)
-
-
-def driving_forces(swimmer: SwimmerRecord) -> Any:
-    """Driving forces along the axis [paper, eqs. (19)-(21)]."""
-    figure, axes = new_figure(LIGHT, 2.8)
-    axes.plot(swimmer.periods(), 1e6 * swimmer.driving_N().T, linewidth=1.3, label=LABELS)
-    axes.set(xlabel="time / period", ylabel="driving force [µN]")
-    legend_above(axes, LIGHT)
-    return figure
-
-
-def one_cycle(swimmer: SwimmerRecord) -> Any:
-    """Displacements of the beads over the last driven period, or None if the run ended before."""
+        look |= {"xycoords": ("data", "axes fraction"), "xytext": (4, -2), "va": "top"}
+        axes.annotate("drive off", (swimmer.cycles, 1), color=LIGHT.ink, fontsize=8, **look)
+    if swimmer.run.case["fluid"]["solver"] == "vacuum":
+        resonance.draw_exact(axes, swimmer)
+    yield "positions", figure, "Positions of the three beads, from the middle bead's start."
     mask = swimmer.last_period()
-    if not mask.any():
-        return None
-    figure, axes = new_figure(LIGHT, 3.0)
-    places = swimmer.positions()[:, mask].T
-    axes.plot(swimmer.periods()[mask], places - places[0], linewidth=1.6, label=LABELS)
-    axes.axhline(0, color=LIGHT.faint, linewidth=1)
-    axes.set(xlabel="time / period", ylabel=f"displacement in the last cycle [{swimmer.run.length_unit[1]}]")
-    legend_above(axes, LIGHT)
-    return figure
+    if mask.any():
+        last = places[:, mask]
+        label = f"displacement in the last cycle [{unit}]"
+        figure = plotted(3.0, mask, last - last[:, :1], 1.6, label)
+        figure.axes[0].axhline(0, color=LIGHT.faint, linewidth=1)
+        legend_above(figure.axes[0], LIGHT)
+        yield "cycle", figure, "Displacements over the last full period of the drive."
+        text = "Arms over the last full period of the drive, and the fits that d1, d2 and the phases come from."
+        yield "arms", _arms(periods[mask], np.diff(last, axis=0), unit), text
+    figure = plotted(2.8, slice(None), 1e6 * swimmer.driving_N(), 1.3, "driving force [µN]")  # [paper, eqs. (19)-(21)]
+    legend_above(figure.axes[0], LIGHT)
+    yield "forces", figure, "Driving forces along the axis."
 
 
-def arms(swimmer: SwimmerRecord) -> Any:
-    """Lengths of the two arms over the last driven period and their fits, or None if the run ended before."""
-    mask = swimmer.last_period()
-    if not mask.any():
-        return None
+def _arms(periods: np.ndarray, lengths: np.ndarray, unit: str) -> Any:
+    """Lengths of the two arms over a period and their fits."""
     figure, axes = new_figure(LIGHT, 3.2)
-    periods = swimmer.periods()[mask]
     shown = slice(None, None, max(1, len(periods) // 60))
-    lengths = np.diff(swimmer.positions()[:, mask], axis=0)
     for number, (length, colour) in enumerate(zip(lengths, LIGHT.beads[::2]), 1):
         mean, amplitude, phase = fit_arm(2 * np.pi * periods, length)
         axes.plot(periods[shown], length[shown], "o", markersize=3.5, color=colour)
@@ -68,7 +62,7 @@ def arms(swimmer: SwimmerRecord) -> Any:
         label = f"arm {number} ≈ {mean:.3f} + {amplitude:.3f} cos(ωt {sign} {abs(phase):.3f})"
         fit = mean + amplitude * np.cos(2 * np.pi * periods + phase)
         axes.plot(periods, fit, color=colour, linewidth=1.2, label=label)
-    axes.set(xlabel="time / period", ylabel=f"arm length [{swimmer.run.length_unit[1]}]")
+    axes.set(xlabel="time / period", ylabel=f"arm length [{unit}]")
     legend_above(axes, LIGHT)
     return figure
 
@@ -87,4 +81,29 @@ def displacements(run: RunRecord) -> Any:
     axes[-1].set_xlabel("step")
     if len(run.trajectory.bodies) <= 12:
         legend_above(axes[0], LIGHT, columns=4)
+    return figure
+
+
+def speeds(runs: Sequence[RunResult]) -> Any:
+    """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
+    rows = [
+        (run.name, found.ours, found.published)
+        for run in runs
+        for _, figures in figures_by_name(run.summary)
+        if (found := figures.get("u_swim_lattice"))
+    ]
+    if not rows:
+        return None
+    figure, axes = new_figure(LIGHT, 1.2 + 0.3 * len(rows))
+    places = range(len(rows), 0, -1)
+    axes.hlines(places, 0, [ours for _, ours, _ in rows], color=LIGHT.faint, linewidth=2)
+    axes.plot([ours for _, ours, _ in rows], places, "o", color=LIGHT.beads[0], markersize=8, label="this run")
+    published = [(value, place) for (_, _, value), place in zip(rows, places) if value is not None]
+    if published:
+        look = {"markerfacecolor": "none", "markeredgecolor": LIGHT.beads[1], "markeredgewidth": 1.6}
+        axes.plot(*zip(*published), "o", markersize=11, label="published", **look)
+    axes.set_yticks(list(places), [name for name, _, _ in rows])
+    axes.grid(axis="y", visible=False)
+    axes.set(ylim=(0.4, len(rows) + 0.6), xlabel="u_swim [cells/step]")
+    legend_above(axes, LIGHT)
     return figure

@@ -2,23 +2,28 @@
 
 import base64
 import mimetypes
+import re
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import jinja2
 from markupsafe import Markup
 
-from copepod_report.comparison import cell_texts, comparison_columns, comparison_rows
-from copepod_report.run_record import RunRecord
+from copepod_report.run_record import RunRecord, RunResult
+from copepod_report.style import picture_of, svg_of
 from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
-from copepod_run.figures import MOST_TABLES, measured, number_text, reason_without_rows
-from copepod_run.figures import run_rows, swarm_rows, swimmer_rows
+from copepod_run.errors import ExitCode, Stop
+from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text, percent_text
+from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_rows
 
 _MOST_ROWS = 500  # of a table of swimmers
+PAGE = "report.html"
 _STYLE = Path(__file__).with_name("page.css").read_text()
+
+Row = tuple[int, str, dict[str, Figure]]  # number of the run, swimmer name, figures by key
 
 
 def templates(path: Path) -> Any:
@@ -42,7 +47,7 @@ def page(title: str, sections: Sequence[str]) -> str:
     return str(HTML.page(title, _STYLE, sections)).lstrip()
 
 
-def figure(svg: str, caption: str, wide: bool = False, narrow: str = "", files: Mapping[str, Path] = {}) -> str:
+def _figure(svg: str, caption: str, wide: bool = False, narrow: str = "", files: Mapping[str, Path] = {}) -> str:
     """A plot, `narrow` for narrow windows, and what can be saved from it, by what it is called."""
     pictures = [base64.b64encode(text.encode()).decode() for text in (svg, narrow)]
     saved = [
@@ -52,9 +57,55 @@ def figure(svg: str, caption: str, wide: bool = False, narrow: str = "", files: 
     return str(HTML.figure(*pictures, caption, wide, saved))
 
 
-def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A plain table."""
-    return str(HTML.table(heads, rows))
+class Canvas:
+    """Where plots are written: files in a folder, and HTML; without a folder only HTML."""
+
+    def __init__(self, folder: Path | None, formats: Sequence[str] = ("png",)) -> None:
+        """`formats`: of the files, any of png, svg and pdf."""
+        self.folder = folder
+        self._formats = formats
+        own = folder / PAGE if folder else None
+        self._replaces = own is not None and own.is_file() and b"<title>Copepod: " in own.read_bytes()[:1000]
+        self._written: set[Path] = set()
+
+    def draw(
+        self, name: str, figure: Any, caption: str, wide: bool = False, narrow: Any = None, table: str = ""
+    ) -> list[str]:
+        """A plot as a list of one HTML figure, empty for None; also written as NAME.png, …
+
+        `narrow`: the same for a column of a journal, NAME_column.png, …; with it, both are also written as PDF.
+        `table`: its values as CSV.
+        """
+        if figure is None:
+            return []
+        files = {"CSV": self.write(f"{name}.csv", table.encode())} if table and self.folder else {}
+        pictures = {name: figure} if narrow is None else {name: figure, f"{name}_column": narrow}
+        for each, picture in pictures.items() if self.folder else ():
+            for kind in self._formats if narrow is None else dict.fromkeys((*self._formats, "pdf")):
+                path = self.write(f"{each}.{kind}", picture_of(picture, kind, caption))
+                if narrow is not None and kind != "png":
+                    files[f"{kind.upper()} {2.54 * picture.get_figwidth():.1f} cm"] = path
+        return [_figure(svg_of(figure), caption, wide, svg_of(narrow) if narrow else "", files)]
+
+    def write(self, name: str, content: bytes) -> Path:
+        """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere.
+
+        It replaces that of an earlier report. Raises Stop(2) where another file is in the way.
+        """
+        assert self.folder
+        path = self.folder / re.sub(r"[^\w.+=-]+", "_", name)
+        if self._replaces or path in self._written:
+            path.unlink(missing_ok=True)
+        try:
+            with open(path, "xb") as file:
+                file.write(content)
+        except FileExistsError:
+            raise Stop(
+                ExitCode.BAD_CASE,
+                f"{path} is in the way (not written by a report). Move it away, or choose another --out.",
+            ) from None
+        self._written.add(path)
+        return path
 
 
 def run_section(
@@ -69,6 +120,27 @@ def run_section(
         tables.append((f"{len(run.swimmers)} swimmers", ("in their last full cycles", "", ""), swarm))
     every = _table_of_all(run) if len(entries) > MOST_TABLES else None
     return str(HTML.run_section(run, anchor, rows, own_figures, tables, every, figures, folded))
+
+
+def comparison_rows(runs: Sequence[RunResult]) -> list[Row]:
+    """A row for every swimmer and group, or one for a run without any."""
+    return [
+        (number, name, figures)
+        for number, run in enumerate(runs)
+        for name, figures in figures_by_name(run.summary) or [("", {})]
+    ]
+
+
+def comparison_columns(rows: Sequence[Row]) -> list[tuple[str, str]]:
+    """(key, heading) of the columns that any row fills, in the paper's order."""
+    return [(key, heading) for key, heading in FIGURES.items() if any(key in cells for _, _, cells in rows)]
+
+
+def cell_texts(figure: Figure) -> tuple[str, ...]:
+    """Ours, the published figure and the deviation from it: «9.12e-06», «9.05e-06», «+0.8 %»; or ours only."""
+    if figure.published is None:
+        return (number_text(figure.ours),)
+    return number_text(figure.ours), number_text(figure.published), percent_text(figure.deviation_percent)
 
 
 def comparison_section(

@@ -206,12 +206,12 @@ def _read_members(path: Path) -> list[tuple[str, Sweep, dict[str, Any]]]:
     ]
 
 
-def rotated(vector: ArrayLike, orientation_wxyz: Sequence[float]) -> np.ndarray:
-    """A vector v of the frame of a body or swimmer in the world, shape (3,), from its unit quaternion (w, r).
+def rotated(vectors: ArrayLike, orientation_wxyz: Sequence[float]) -> np.ndarray:
+    """Vectors v of the frame of a body or swimmer in the world, shape (…, 3), from its unit quaternion (w, r).
 
     v + 2 r × (r × v + w v)
     """
-    v, w, r = np.array(vector, float), orientation_wxyz[0], np.array(orientation_wxyz[1:], float)
+    v, w, r = np.array(vectors, float), orientation_wxyz[0], np.array(orientation_wxyz[1:], float)
     return v + 2 * np.cross(r, np.cross(r, v) + w * v)
 
 
@@ -221,15 +221,13 @@ def z_axis(orientation_wxyz: Sequence[float]) -> np.ndarray:
 
 
 class SwimmerRecord:
-    """One swimmer of a run. Except for `mean_positions_m`, the motion is that of three beads in a row, with lengths
-    in the run's length unit, along the swimmer's axis at the start."""
+    """One swimmer of a run. The motion is that of three beads in a row, along the swimmer's axis at the start."""
 
     def __init__(self, run: RunRecord, section: dict[str, Any]) -> None:
         self.run = run
         self.section = section
         self.name = section["name"]
-        self.frame = section["orientation_wxyz"]
-        self.axis = z_axis(self.frame)
+        self.axis = z_axis(section["orientation_wxyz"])
         self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
         self.bead_names = bead_names(section)
@@ -241,7 +239,7 @@ class SwimmerRecord:
         self.figures: dict[str, Any] = analysed[0] if analysed else {}
 
     def positions(self) -> np.ndarray:
-        """Of the beads from the middle bead's start, shape (3, samples)."""
+        """Of the beads from the middle bead's start in the run's length unit, shape (3, samples)."""
         unit = self.run.length_unit[0]
         return np.array([(self._body(bead)["position_m"] - self.center_m) @ self.axis / unit for bead in BEADS])
 

@@ -4,7 +4,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.ticker import Formatter, NullLocator
 
 from copepod_report.run_record import RunResult
-from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, colour_bar, legend_above, new_figure
+from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, WIDTH_INCHES
+from copepod_report.style import colour_bar, legend_above, new_figure
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, number_text, prefix_of, swarm_rows
 from copepod_run.names import quantity_of, short_keys
@@ -22,6 +23,7 @@ _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
 _MOST_LABELS = 9
 _MARKERS = "os^Dv"  # of the curves, each on top smaller than those below: curves that coincide are seen
 _ABOUT_OTHERS = ("change_percent", "u_along_mean_um_per_s", "u_along_spread_um_per_s")  # figures without a plot
+Draw = Callable[..., list[str]]
 _PERIODIC_PERCENT = 0.1  # by which the velocity may change in the last cycle
 
 
@@ -325,3 +327,29 @@ def values_csv(sweep: SweepRecord, result: Result) -> str:
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows([list(columns), *zip(*columns.values())])
     return stream.getvalue()
+
+
+def first_figures(runs: Sequence[RunResult], draw: Draw, choice: Choice) -> list[str]:
+    """HTML of the figure that answers each sweep. `draw(name, figure, caption, …)` writes a figure."""
+    figures = []
+    for sweep in sweeps_of(runs, choice):
+        for result in sweep.results[:1] if sweep.axes else []:
+            figure, narrow = curves(sweep, result, WIDTH_INCHES), curves(sweep, result)
+            text, table = caption(sweep, result, is_map=False), values_csv(sweep, result)
+            figures += draw(f"{sweep.name}_{result.key}", figure, text, wide=True, narrow=narrow, table=table)
+    return figures
+
+
+def other_figures(runs: Sequence[RunResult], draw: Draw, choice: Choice) -> list[str]:
+    """HTML of every other result that varies over the swept keys, as curves, and of all of them as maps where two keys
+    form a grid."""
+    others, maps = [], []
+    for sweep in sweeps_of(runs, choice):
+        for result in sweep.results if sweep.axes else []:
+            name, text = f"{sweep.name}_{result.key}", caption(sweep, result, is_map=False)
+            if result is not sweep.results[0]:
+                others += draw(name, curves(sweep, result), text, table=values_csv(sweep, result))
+            if has_map(sweep):
+                text = caption(sweep, result, is_map=True)
+                maps += draw(f"{name}_map", colour_map(sweep, result), text)
+    return others + maps

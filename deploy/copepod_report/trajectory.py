@@ -4,8 +4,7 @@ import csv
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -41,50 +40,41 @@ class _Replaced(Exception):
 
 
 class _Csv:
-    """Rows become numbers once they are asked for."""
+    """Numbers of the samples that the last look has found."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.bodies: list[str] = []
-        self._columns: dict[str, int] = {}
-        self._rows: list[str] = []  # of the samples of the last look, and of one that is not complete
-        self._whole = 0  # how many of them belong to complete samples
+        self._header: list[str] = []
+        self._rows: list[str] = []  # of a sample that is not complete
         self._offset = 0  # of what has not been read
         self._trace = b""
-        self._values = np.empty((0, 0, len(COLUMNS)))
+        self._values = np.empty((0, 1, 1 + len(COLUMNS)))
 
     def look(self, is_last: bool) -> tuple[np.ndarray, Callable[[int], _Read]]:
         """Steps of the complete samples that are new, and what reads one of them. `is_last`: no more will come, so
         that what there is of the first sample is all of it."""
-        self._rows = self._rows[self._whole :] + self._new_lines()
-        if not self._columns and self._rows:
-            self._columns = {name: number for number, name in enumerate(next(csv.reader([self._rows.pop(0)])))}
-        if not self.bodies and self._rows:
-            self.bodies = self._bodies_of_first_sample(is_last)
-        size = len(self.bodies)
-        self._whole = len(self._rows) // size * size if size else 0
-        steps = self._parsed(("step",), slice(0, self._whole, max(size, 1)))[:, 0].astype(np.int64)
-        return steps, lambda number: partial(self._parsed, COLUMNS, slice(number * size, (number + 1) * size))
+        rows = self._rows + self._new_lines()
+        if not self._header and rows:
+            self._header = next(csv.reader([rows.pop(0)]))
+        if not self.bodies and rows:
+            self.bodies = self._bodies_of_first_sample(rows, is_last)
+        size = len(self.bodies) or 1
+        whole = len(rows) // size * size if self.bodies else 0
+        self._rows = rows[whole:]
+        self._values = np.empty((0, size, 1 + len(COLUMNS)))
+        if whole:
+            places = [self._header.index(name) for name in ("step", *COLUMNS)]
+            table = np.loadtxt(rows[:whole], delimiter=",", usecols=places, quotechar='"', comments=None, ndmin=2)
+            self._values = table.reshape(-1, size, len(places))
+        return self._values[:, 0, 0].astype(np.int64), lambda number: lambda: self._values[number, :, 1:]
 
     def read(self, quantity: str, samples: Any = slice(None), body: Any = slice(None)) -> np.ndarray:
-        first = COLUMNS.index(_VECTORS[quantity][0])
+        first = 1 + COLUMNS.index(_VECTORS[quantity][0])
         return self._values[samples, body, first : first + len(_VECTORS[quantity])]
 
     def times_s(self) -> np.ndarray:
-        return self._values[:, 0, 0]
-
-    def keep(self) -> None:
-        """Parses all samples of the last look, for `read`."""
-        values = self._parsed(COLUMNS, slice(0, self._whole))
-        self._values = values.reshape(-1, max(len(self.bodies), 1), len(COLUMNS))
-        self._rows = []
-
-    def _parsed(self, names: Sequence[str], rows: slice) -> np.ndarray:
-        """Columns of some rows, shape (rows, columns)."""
-        places = [self._columns[name] for name in names] if self._columns else []
-        if not self._rows[rows]:
-            return np.empty((0, len(names)))
-        return np.loadtxt(self._rows[rows], delimiter=",", usecols=places, quotechar='"', comments=None, ndmin=2)
+        return self._values[:, 0, 1]
 
     def _new_lines(self) -> list[str]:
         """Whole lines that have come since; a row may be half written."""
@@ -98,13 +88,14 @@ class _Csv:
         self._trace = (self._trace + complete)[-_TRACE_BYTES:]
         return complete.decode(errors="replace").splitlines()
 
-    def _bodies_of_first_sample(self, is_complete: bool) -> list[str]:
+    def _bodies_of_first_sample(self, rows: list[str], is_complete: bool) -> list[str]:
         """Every sample repeats them. Empty while the first may be incomplete: until the next one has begun."""
+        place = self._header.index("body")
         names: dict[str, None] = {}
-        for row in csv.reader(self._rows):
-            if row[self._columns["body"]] in names:
+        for row in csv.reader(rows):
+            if row[place] in names:
                 return list(names)
-            names[row[self._columns["body"]]] = None
+            names[row[place]] = None
         return list(names) if is_complete else []
 
 
@@ -135,9 +126,6 @@ class _Hdf5:
     def times_s(self) -> np.ndarray:
         with self._opened() as file:
             return np.asarray(file["time_s"][: self._count])
-
-    def keep(self) -> None:
-        ...
 
     def _sample(self, number: int) -> np.ndarray:
         with self._opened() as file:
@@ -183,7 +171,6 @@ class Trajectory:
         self.steps = self.time_s = np.empty(0, np.int64)
         if path.exists() or not may_be_empty:
             self.steps, _ = self._form.look(is_last=True)
-            self._form.keep()
             self.time_s = self._form.times_s() if len(self) else self.time_s
         self.bodies = self._form.bodies
         self._values: dict[str, np.ndarray] = {}
@@ -230,16 +217,6 @@ class _OfBody(dict[str, np.ndarray]):
         return self._trajectory.of_one(quantity, self._number)
 
 
-@dataclass(frozen=True)
-class NewSample:
-    """A sample that has just come."""
-
-    number: int
-    step: int
-    is_newest: bool
-    values: _Read  # of all bodies, shape (bodies, columns) as `COLUMNS`; only before the next look
-
-
 class GrowingTrajectory:
     """The trajectory of a run that may continue: each look takes the samples that are new.
 
@@ -260,8 +237,9 @@ class GrowingTrajectory:
     def bodies(self) -> list[str]:
         return self._form.bodies
 
-    def look(self, is_last: bool = False) -> Iterator[NewSample]:
-        """New samples. `is_last`: no more will come, so that what there is of the first is all of it.
+    def look(self, is_last: bool = False) -> Iterator[tuple[int, _Read]]:
+        """Steps of the new samples; each with what reads the values of all bodies, shape (bodies, columns) as
+        `COLUMNS`, until the next look. `is_last`: no more will come, so that what there is of the first is all of it.
 
         Raises ValueError or LookupError if the file is not such a table; the next look begins anew.
         """
@@ -280,7 +258,7 @@ class GrowingTrajectory:
             raise
         for number, step in enumerate(steps):
             self.count += 1
-            yield NewSample(self.count - 1, int(step), number == len(steps) - 1, sample(number))
+            yield int(step), sample(number)
 
 
 def chosen_samples(count: int, most: int) -> np.ndarray:

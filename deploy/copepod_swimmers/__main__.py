@@ -11,7 +11,7 @@ from typing import Any
 import pandas
 
 from copepod_report.style import png_of
-from copepod_swimmers import pair, three_spheres, triangle, wall
+from copepod_swimmers import three_spheres, triangle
 from copepod_swimmers.runs import members
 
 
@@ -41,15 +41,17 @@ def main(campaign: Path, folder: Path) -> None:
     print(triangle.table(forces), "", triangle.table(phases), "", sep="\n")
 
     alone = three_spheres.Alone.of(members(campaign, "wall_alone")[0])
-    phases, together, opposed = (found(pair.pair_of, f"pair_{name}") for name in ("phase", "together", "opposed"))
-    draw("pair", pair.interaction(phases, together, opposed, alone))
-    print(pair.table(pandas.concat([phases, together, opposed]), alone), "", sep="\n")
+    phases, together, opposed = (
+        found(three_spheres.pair_of, f"pair_{name}") for name in ("phase", "together", "opposed")
+    )
+    draw("pair", three_spheres.interaction(phases, together, opposed, alone))
+    print(three_spheres.pair_table(pandas.concat([phases, together, opposed]), alone), "", sep="\n")
 
     ways = zip(members(campaign, "wall_towards"), members(campaign, "wall_away"))
-    turnings = pandas.DataFrame([wall.turning_of(towards, away, alone) for towards, away in ways])
+    turnings = pandas.DataFrame([three_spheres.turning_of(towards, away, alone) for towards, away in ways])
     paths = {name: members(campaign, f"wall_{name}")[0] for name in ("pusher", "puller")}
-    draw("wall", wall.approach(turnings, paths, alone.length_m))
-    print(alone, "", wall.table(turnings, alone.length_m), "", sep="\n")
+    draw("wall", three_spheres.approach(turnings, paths, alone.length_m))
+    print(alone, "", three_spheres.wall_table(turnings, alone.length_m), "", sep="\n")
 
     print(three_spheres.directions({name: members(campaign, f"lattice_{name}")[0] for name in ("001", "111", "123")}))
 

@@ -1,18 +1,17 @@
 """Runs of a campaign by name, and their last cycles."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 
 from copepod import Run
+from copepod_report.run_record import members_of
 
 
 def members(campaign: Path, name: str) -> list[Run]:
     """The finished run NAME of a campaign, or the members of the sweep NAME in the order of their values."""
-    cases = json.loads((campaign / "results.json").read_text())["cases"]
-    found = [case for case in cases if name in (case["name"], case["member_of"]) and case["summary"]]
-    return [Run(campaign / case["name"]) for case in found]
+    found = members_of(campaign)
+    return [Run(campaign / run) for run, sweep, case in found if name in (run, sweep.name) and case["summary"]]
 
 
 def radii_m(run: Run) -> np.ndarray:
@@ -32,3 +31,8 @@ def last_cycle(run: Run, swimmer: str, columns: str = "{}_m") -> np.ndarray:
     samples = run.trajectory[[columns.format(axis) for axis in "xyz"]]
     beads = [body for body in samples.index.unique("body") if body.startswith(f"{swimmer}.")]
     return np.array([samples.loc[bead].loc[start : 2 * start - before - 1] for bead in beads])
+
+
+def turn_fraction(angle: float) -> float:
+    """The angle in one turn that starts just below zero, so that nothing is not mistaken for a whole turn [rad]."""
+    return float((angle + 0.1) % (2 * np.pi) - 0.1)

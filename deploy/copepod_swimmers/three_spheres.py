@@ -1,6 +1,7 @@
-"""Three spheres in a row: speed over phase lag and over amplitude, beside the theory of Golestanian and Ajdari."""
+"""Three spheres in a row: alone, beside the theory of Golestanian and Ajdari; two of them side by side; and one near a
+no-slip wall."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 from copepod import Run
 from copepod_report.style import LIGHT, describe, new_figure
 from copepod_run.figures import markdown_table
-from copepod_swimmers.runs import last_cycle, period_s, radii_m
-from copepod_swimmers.theory import Stroke, any_stroke_velocity, small_stroke_velocity
+from copepod_swimmers.runs import last_cycle, period_s, radii_m, turn_fraction
+from copepod_swimmers.theory import Stroke, any_stroke_velocity, small_stroke_velocity, turning_at_a_wall
 
 LABELS = ("leading order", "any stroke", "Rotne-Prager")  # of theory: small strokes and spheres, small spheres, neither
 ROW = ((0, 1), (1, 2))  # its arms
+PAIR = ("left", "right")
 
 
 def speed_of(run: Run) -> dict[str, float]:
@@ -142,3 +144,152 @@ def directions(runs: dict[str, Run]) -> str:
         )
     heads = "axis | u along its axis, cycle by cycle [10⁻⁵ cells/step] | mean | over the first | across over along"
     return markdown_table(f"{heads} | tilt at the end", rows)
+
+
+def pair_of(run: Run) -> dict[str, float]:
+    """The last cycle of swimmers that point along z, the right one on the positive side of x: `phase` of the right
+    swimmer behind the left one [degrees], `distance` [m]; per cycle [m] `left` and `right` speeds, and `parting`, the
+    change of the distance less what the tilt makes of the speed. The same from the measured strokes by integration has
+    names in brackets."""
+    rows = [run.cycles.loc[name].iloc[-1] for name in PAIR]
+    beads = np.concatenate([last_cycle(run, name) for name in PAIR])
+    pairs = ((0, 1), (1, 2), (3, 4), (4, 5))
+    arms = np.array([np.linalg.norm(beads[j] - beads[i], axis=1) for i, j in pairs])
+    moved = Stroke(beads[:, 0], radii_m(run), pairs, arms, ((0, 1, 2), (3, 4, 5))).motion()
+    ways = (moved[1] - moved[0]).reshape(2, 3, 3).mean(axis=1)
+    period = period_s(run, "right")
+    found = {
+        "phase": np.degrees(turn_fraction(rows[0]["arm1_phase_rad"] - rows[1]["arm1_phase_rad"])),
+        "distance": rows[1]["x_m"] - rows[0]["x_m"],
+    }
+    sideways = []
+    for name, row, way in zip(PAIR, rows, ways):
+        axis = np.array(row[["axis_x", "axis_y", "axis_z"]])
+        measured = row[["ux_m_per_s", "u_along_m_per_s"]] * period
+        found |= {name: measured[1], f"({name})": way @ axis}
+        sideways.append([across - along * axis[0] for across, along in (measured, (way[0], way @ axis))])
+    return found | dict(zip(("parting", "(parting)"), np.diff(sideways, axis=0)[0]))
+
+
+def _changes(pairs: Any, alone: Alone) -> Any:
+    """Speeds over those of a lone swimmer, less one, and partings in nm."""
+    of_speeds = {name: pairs[name] / alone.measured - 1 for name in PAIR}
+    of_theory = {f"({name})": pairs[f"({name})"] / alone.theory - 1 for name in PAIR}
+    return pairs.assign(**of_speeds, **of_theory, **{name: 1e9 * pairs[name] for name in ("parting", "(parting)")})
+
+
+def interaction(over_phase: Any, together: Any, opposed: Any, alone: Alone) -> Any:
+    """Speeds relative to a lone swimmer and change of distance: dots measured, lines theory."""
+    figure, (by_phase, by_distance) = new_figure(LIGHT, 6.0, nrows=2, ncols=2)
+    _draw_phases(by_phase, _changes(over_phase, alone).sort_values("phase"))
+    _draw_distances(by_distance, _changes(together, alone), _changes(opposed, alone), alone)
+    for panels, label in ((by_phase, "phase of the right swimmer [degrees]"), (by_distance, "distance d [cells]")):
+        for panel in panels:
+            describe(panel, legend={}, xlabel=label)
+    return figure
+
+
+def _draw_phases(panels: Any, pairs: Any) -> None:
+    phases = pairs["phase"]
+    for name, colour in zip(PAIR, LIGHT.beads):
+        panels[0].plot(phases, 100 * pairs[f"({name})"], "-", color=colour)
+        panels[0].plot(phases, 100 * pairs[name], "o", color=colour, markersize=4, label=name)
+    panels[1].plot(phases, pairs["(parting)"], "-", color=LIGHT.beads[2], label="Rotne-Prager")
+    panels[1].plot(phases, pairs["parting"], "o", color=LIGHT.ink, markersize=4, label="Copepod")
+    panels[0].set_ylabel("change of speed [%]")
+    panels[1].set_ylabel("change of distance [nm per cycle]")
+
+
+def _draw_distances(panels: Any, together: Any, opposed: Any, alone: Alone) -> None:
+    """Half the sum over both phases («dead», what a passive body would feel) and half the difference («live»)."""
+    places = 1e6 * together["distance"]
+    for panel, what in zip(panels, ("left", "parting")):
+        for sign, name, colour in ((1, "dead", LIGHT.beads[0]), (-1, "live", LIGHT.beads[1])):
+            part = abs(together + sign * opposed) / 2
+            panel.loglog(places, part[f"({what})"], "-", color=colour)
+            panel.loglog(places, part[what], "o", color=colour, markersize=4, label=name)
+    # Two swimmers in the mean flow of each other's dipole p: −p/(4πηd²), from u = p (3 cos²θ − 1)/(8πηr²) at cos θ = 0.
+    strength = alone.dipole_N_m * alone.period_s / (4 * np.pi * alone.viscosity_Pa_s)
+    dipole = 1e9 * strength / together["distance"] ** 2
+    panels[1].loglog(places, dipole, "--", color=LIGHT.ink, linewidth=1, label="mean dipole")
+    panels[0].set_ylabel("|change of speed|, relative")
+    panels[1].set_ylabel("|change of distance| [nm per cycle]")
+
+
+def pair_table(pairs: Any, alone: Alone) -> str:
+    """Markdown: a row per run."""
+    rows = [
+        f"{1e6 * pair['distance']:.1f} | {abs(pair['phase']):.1f} | {1 + pair['left']:.4f}, {1 + pair['right']:.4f} | "
+        f"{1 + pair['(left)']:.4f}, {1 + pair['(right)']:.4f} | {pair['parting']:.4f} | {pair['(parting)']:.4f}"
+        for _, pair in _changes(pairs, alone).iterrows()
+    ]
+    heads = "distance [cells] | phase [degrees] | speed of left, right over alone | theory"
+    return markdown_table(f"{heads} | change of distance [nm per cycle] | theory", rows)
+
+
+def turning_of(towards: Run, away: Run, alone: Alone) -> dict[str, float]:
+    """Change of the pitch in the last cycles of two runs at the same height, of a swimmer that points towards the wall
+    and away from it [rad].
+
+    The flow of a dipole's images turns both by opposite angles: half their difference is `odd`, half their sum `even`.
+    Beside them the same from the measured strokes, with Blake's images, and for `odd` the far field of the dipole.
+    """
+    rows = [run.cycles.loc["swimmer"].iloc[-1] for run in (towards, away)]
+    height, tilts = np.mean([row["z_m"] for row in rows]), np.arcsin([row["axis_z"] for row in rows])
+    measured = np.array([-row["rotation_y_rad"] for row in rows])
+    integrated = np.array([_integrated(run, row) for run, row in zip((towards, away), rows)])
+    turning = turning_at_a_wall(alone.dipole_N_m, height, np.diff(tilts)[0] / 2, alone.viscosity_Pa_s)
+    return {
+        "height": height,
+        "odd": np.diff(measured)[0] / 2,
+        "even": measured.mean(),
+        "far field": turning * alone.period_s,
+        "(odd)": np.diff(integrated)[0] / 2,
+        "(even)": integrated.mean(),
+    }
+
+
+def _integrated(run: Run, row: Any) -> float:
+    phase = 2 * np.pi * np.arange(64) / 64  # of the fits of a row of cycles.csv
+    arms = [
+        row[f"{arm}_mean_m"] + row[f"{arm}_amplitude_m"] * np.cos(phase + row[f"{arm}_phase_rad"])
+        for arm in ("arm0", "arm1")
+    ]
+    along = np.concatenate([[0.0], np.cumsum([arm[0] for arm in arms])])
+    axis = [row[f"axis_{letter}"] for letter in "xyz"]
+    places = np.outer(along - along.mean(), axis) + [row["x_m"], row["y_m"], row["z_m"]]
+    stroke = Stroke(places, radii_m(run), ROW, np.array(arms), straight=((0, 1, 2),), wall=True)
+    ends = [place[2] - place[0] for place in stroke.motion(parts=48)]
+    return float(np.diff([np.arctan2(end[2], end[0]) for end in ends])[0])
+
+
+def approach(turnings: Any, paths: Mapping[str, Run], length_m: float) -> Any:
+    """Left: turning per cycle over height, dots measured, lines theory. Right: paths, the swimmer every 300 cycles."""
+    figure, (rate, path) = new_figure(LIGHT, 3.6, ncols=2)
+    heights, sizes = 1e6 * turnings["height"], abs(turnings)
+    rate.loglog(heights, sizes["far field"], "--", color=LIGHT.ink, linewidth=1, label="far field of the dipole")
+    for name, colour in zip(("odd", "even"), LIGHT.beads):
+        rate.loglog(heights, sizes[f"({name})"], "-", color=colour)
+        rate.loglog(heights, sizes[name], "o", color=colour, markersize=4, label=f"{name} in the pitch")
+    for (name, run), colour in zip(paths.items(), LIGHT.beads):
+        cycles = run.cycles.loc["swimmer"]
+        path.plot(1e6 * cycles["x_m"], 1e6 * cycles["z_m"], color=colour, linewidth=1.2, label=name)
+        for _, cycle in cycles[::300].iterrows():
+            ends = 1e6 * length_m / 2 * np.array([-1, 1])
+            x, z = (1e6 * cycle[f"{axis}_m"] + ends * cycle[f"axis_{axis}"] for axis in "xz")
+            path.plot(x, z, "-", color=colour, linewidth=3, alpha=0.5, solid_capstyle="round")
+    path.set_ylim(bottom=0)
+    describe(rate, legend={}, xlabel="height h [cells]", ylabel="|turning| [rad per cycle]")
+    describe(path, legend={}, xlabel="x [cells]", ylabel="height h [cells]")
+    return figure
+
+
+def wall_table(turnings: Any, length_m: float) -> str:
+    """Markdown: a row per height."""
+    rows = [
+        f"{one['height'] / length_m:.2f} | {one['odd']:.3e} | {one['odd'] / one['far field']:.3f} | "
+        f"{one['odd'] / one['(odd)']:.3f} | {one['even']:.3e} | {one['even'] / one['(even)']:.3f}"
+        for _, one in turnings.iterrows()
+    ]
+    heads = "h/L | odd part [rad per cycle] | over the dipole's far field | over theory with images | even part"
+    return markdown_table(f"{heads} | over theory with images", rows)

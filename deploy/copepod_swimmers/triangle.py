@@ -7,7 +7,7 @@ import numpy as np
 from copepod import Run
 from copepod_report.style import LIGHT, describe, new_figure
 from copepod_run.figures import markdown_table
-from copepod_swimmers.runs import last_cycle, period_s, radii_m
+from copepod_swimmers.runs import last_cycle, period_s, radii_m, turn_fraction
 from copepod_swimmers.theory import Stroke, rotation_about_z, triangle_rotation
 
 LABELS = ("small strokes, small spheres", "Rotne-Prager")
@@ -30,11 +30,6 @@ def turn_of(run: Run) -> dict[str, float]:
         "drift": np.linalg.norm(velocity) * period_s(run, "triangle") / side,
         **dict(zip(LABELS, np.degrees(theory))),
     }
-
-
-def turn_fraction(angle: float) -> float:
-    """The angle in one turn that starts just below zero, so that nothing is not mistaken for a whole turn [rad]."""
-    return float((angle + 0.1) % (2 * np.pi) - 0.1)
 
 
 def rotation(over_stroke: Any, over_phase: Any) -> Any:

@@ -1,21 +1,31 @@
-"""What a run directory holds, read again and again while the run writes it."""
+"""What a run directory, or the folder of a campaign, holds: read again and again while the runs write it."""
 
 import os
+import re
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
+from markupsafe import Markup
 
 from copepod_report.cycles import read_cycles
-from copepod_report.run_status import state_of, status_of
+from copepod_report.page import HTML
+from copepod_report.run_record import RunResult, Sweep, members_of
+from copepod_report.run_status import RunStatus, state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
-from copepod_report.trajectory import COLUMNS, GrowingTrajectory
-from copepod_run.figures import MOST_TABLES
+from copepod_report.sweeps import axes_of
+from copepod_report.trajectory import GrowingTrajectory
+from copepod_run.figures import MOST_TABLES, number_text
 from copepod_run.progress import figures
 from copepod_run.run_directory import read_object
 
-_COLUMNS = ("time_s", "x_m", "y_m", "z_m", "qw", "qx", "qy", "qz", "vx_m_per_s", "vy_m_per_s", "vz_m_per_s")
-_PLACES = [COLUMNS.index(name) for name in _COLUMNS]
+_SHOWN = slice(0, 11)  # of the columns: time, position, orientation, velocity
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
+_HEADS = ("run", "state", "progress", "speed in last cycle [µm/s]")
+Draw = Callable[[Sequence[RunResult]], list[str]]
 
 
 class TrajectoryFollower:
@@ -38,24 +48,24 @@ class TrajectoryFollower:
 
     def update(self) -> None:
         """Reads what the file has gained."""
-        for sample in self._trajectory.look():
+        newest = None
+        for newest in self._trajectory.look():
             if self._restarts != self._trajectory.restarts:
                 self._start_again()
-            is_kept = sample.number % self._every == 0
-            if not (is_kept or sample.is_newest):
-                continue
-            self._newest = (sample.step, sample.values()[:, _PLACES])
-            if is_kept:
-                self._kept.append(self._newest)
+            if (self.count - 1) % self._every == 0:
+                self._kept.append((newest[0], newest[1]()[:, _SHOWN]))
             if len(self._kept) > 2 * most_frames(len(self._trajectory.bodies)):
                 self._kept = self._kept[::2]
                 self._every *= 2
+        if newest:
+            self._newest = (newest[0], newest[1]()[:, _SHOWN])
 
     def samples(self) -> Samples | None:
         """All that is kept, and the newest; None before the first."""
         if self._newest is None:
             return None
-        steps, kept = zip(*(self._kept if self._newest is self._kept[-1] else [*self._kept, self._newest]))
+        is_kept = self._newest[0] == self._kept[-1][0]
+        steps, kept = zip(*self._kept, *([] if is_kept else [self._newest]))
         values = np.array(kept)
         speed = np.linalg.norm(values[..., 8:11], axis=-1)
         time_s, position_m, orientation_wxyz = values[:, 0, 0], values[..., 1:4], values[..., 4:8]
@@ -78,7 +88,7 @@ class RunFollower:
         state = state_of(self.directory)  # first: what a finished run wrote is then complete
         self._trajectory.update()
         samples = self._trajectory.samples()
-        event = self.last_event()
+        event = read_object(self.directory / "logs" / "progress.json")  # empty before the first
         last = int(samples.steps[-1]) if samples else 0
         status = status_of(self.directory, self.case, state, last)
         is_running = state[0] == "running"
@@ -99,27 +109,20 @@ class RunFollower:
             "scene": scene,
         }
 
-    def state(self) -> str:
-        """«running», «finished», …"""
-        return state_of(self.directory)[0]
-
-    def last_event(self) -> dict[str, Any]:
-        """What the command recorded of the coupler's events; empty before the first, and for runs of old releases."""
-        return read_object(self.directory / "logs" / "progress.json")
-
     def _speeds(self) -> list[dict[str, Any]]:
         """Velocity along and across the own axis [m/s] by cycle, of each swimmer, or the mean of a swarm."""
         cycles = read_cycles(self.directory / "cycles.csv")
-        names = ("u_along_m_per_s", "u_across_m_per_s")
+        columns = {"along_m_per_s": "u_along_m_per_s", "across_m_per_s": "u_across_m_per_s"}
         if len(cycles) > MOST_TABLES:
             count = min(len(values["cycle"]) for values in cycles.values())
-            means = [np.mean([values[name][:count] for values in cycles.values()], axis=0) for name in names]
-            return [_speed(f"mean of {len(cycles)}", *means)] if count else []
-        return [_speed(name, *(values[column] for column in names)) for name, values in cycles.items()]
-
-
-def _speed(name: str, along: np.ndarray, across: np.ndarray) -> dict[str, Any]:
-    return {"name": name, "along_m_per_s": along.tolist(), "across_m_per_s": across.tolist()}
+            of_all = (
+                np.mean([values[name][:count] for values in cycles.values()], axis=0) for name in columns.values()
+            )
+            cycles = {f"mean of {len(cycles)}": dict(zip(columns.values(), of_all))} if count else {}
+        return [
+            {"name": name, **{key: values[column].tolist() for key, column in columns.items()}}
+            for name, values in cycles.items()
+        ]
 
 
 def runs_in(directory: Path) -> dict[str, Path]:
@@ -129,3 +132,78 @@ def runs_in(directory: Path) -> dict[str, Path]:
     with os.scandir(directory) as entries:
         folders = sorted(entry.name for entry in entries if entry.is_dir())
     return {name: directory / name for name in folders if (directory / name / "case.yaml").is_file()}
+
+
+class CampaignFollower:
+    """State, progress and last speed of every run of a folder, and the figures of those that have finished."""
+
+    def __init__(self, directory: Path, draw: Draw) -> None:
+        """`draw(runs)`: HTML of the figures that show what has finished."""
+        self._directory = directory
+        self._draw = draw
+        self._version = ""
+        self._figures = ""
+
+    def content(self, known: str = "") -> dict[str, Any]:
+        """What the page shows, as JSON; the figures only if they differ from the version that is `known`."""
+        runs = self._results()
+        finished = [run for run in runs if run.summary]
+        newest = max(((run.directory / "summary.json").stat().st_mtime_ns for run in finished), default=0)
+        if self._version != (version := f"{len(finished)}-{newest}"):
+            self._figures = "".join(self._draw(finished)) if len(finished) > 1 else ""
+            self._version = version
+        states = [run.status.state for run in runs]
+        others = (f", {states.count(state)} {state}" for state in dict.fromkeys(states) if state != "finished")
+        return {
+            "sentence": f"{states.count('finished')} of {len(runs)} finished{''.join(others)}.",
+            "share": sum(map(_share, runs)) / max(len(runs), 1),
+            "table": _table(runs),
+            "version": version,
+            "figures": self._figures if version != known else None,
+        }
+
+    def _results(self) -> list[RunResult]:
+        """In the order of the campaign; of a folder that is not one, by name, numbers in it by value."""
+        if (self._directory / "results.json").is_file():
+            return [self._result(*member) for member in members_of(self._directory)]
+        return [self._result(name, Sweep(), {}) for name in sorted(runs_in(self._directory), key=_with_numbers)]
+
+    def _result(self, name: str, sweep: Sweep, case: dict[str, Any]) -> RunResult:
+        folder = self._directory / name
+        state, reason = state_of(folder)
+        if state == "interrupted" and not (folder / "case.yaml").is_file():
+            state = "failed" if case.get("state") == "failed" else "to do"
+        summary = read_object(folder / "summary.json") if state == "finished" else {}
+        event = summary or read_object(folder / "logs" / "progress.json")
+        status = RunStatus(state, int(event.get("step") or 0), int(event.get("steps") or 0), reason)
+        return RunResult(folder, name, sweep, status, summary)
+
+
+def _table(runs: Sequence[RunResult]) -> str:
+    swept, rows = axes_of(runs).values(), []
+    for number, run in enumerate(runs):
+        has_page, table = (run.directory / "case.yaml").is_file(), run.directory / "cycles.csv"
+        name = Markup('<a href="{}/">{}</a>').format(quote(run.name), run.name) if has_page else run.name
+        event = read_object(run.directory / "logs" / "progress.json") if run.status.state == "running" else {}
+        left = figures(event, 0)[:1] if event.get("steps_per_s") else []
+        bar = Markup('<progress value="{:.3f}"></progress> {:.0f} %').format(_share(run), 100 * _share(run))
+        speed = _last_speed(table, table.stat().st_mtime_ns) if table.is_file() else ""
+        rows.append(
+            [name, run.status.state, (bar, *left), speed, *(axis.number(axis.places[number]) for axis in swept)]
+        )
+    return str(HTML.table([*_HEADS, *(axis.label for axis in swept)], rows, "dense"))
+
+
+@lru_cache(maxsize=10_000)
+def _last_speed(table: Path, written_ns: int) -> str:
+    """Along the own axis in the last cycle, the mean of several swimmers; empty before the first."""
+    last = [1e6 * values["u_along_m_per_s"][-1] for values in read_cycles(table).values()]
+    return number_text(float(np.mean(last))) if last else ""
+
+
+def _share(run: RunResult) -> float:
+    return 1.0 if run.status.is_finished else min(1.0, run.status.step / max(run.status.steps, 1))
+
+
+def _with_numbers(name: str) -> list[Any]:
+    return [float(part) if place % 2 else part for place, part in enumerate(_NUMBER.split(name))]

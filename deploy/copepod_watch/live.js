@@ -1,107 +1,135 @@
 "use strict";
-// The live page: asks for the state of the run once a second, and shows what has changed.
+// The live pages of a run and of a campaign: they ask for the state again and again, and show what has changed.
 (() => {
-  const EVERY_MS = 1000;
   const AFTER_END_MS = 5000; // the run may be resumed
-  const { openView, withUnit } = window.copepod;
-  const live = document.getElementById("live");
-  const find = (selector) => live.querySelector(selector);
-  const figure = find(".view");
-  let view = null;
-  let version = "";
-  let reported = false;
+  const parsed = (html) => new DOMParser().parseFromString(html, "text/html").body;
 
-  const made = (name, text = "") => Object.assign(document.createElement(name), { textContent: text });
-
-  function showProgress({ state, sentence, phase, step, steps, figures }) {
+  /** Asks every so often. `show(content)` may return another time to wait; the server sends what `version` lacks. */
+  function follow(find, every_ms, show) {
     const status = find(".status");
-    const text = phase && phase !== "running" ? `${sentence} It is ${phase}.` : sentence;
+    let version = "";
+    async function ask() {
+      let wait_ms = every_ms;
+      try {
+        const answer = await fetch(`state?have=${encodeURIComponent(version)}`);
+        if (!answer.ok) throw new Error(await answer.text());
+        const content = await answer.json();
+        version = content.version;
+        wait_ms = (await show(content)) || every_ms;
+      } catch (problem) {
+        status.textContent = `The server does not answer (${problem.message}). Is copepod watch still running?`;
+        status.className = "status interrupted";
+        version = "";
+      }
+      setTimeout(ask, wait_ms);
+    }
+    ask();
+  }
+
+  function showStatus(find, text, state) {
+    const status = find(".status");
     if (status.textContent !== text) status.textContent = text;
     status.className = `status ${state}`;
-    const bar = find("progress");
-    Object.assign(bar, { max: steps || 1, value: step });
-    bar.setAttribute("aria-label", `step ${step} of ${steps}`);
-    find(".pace").textContent = [`step ${step} of ${steps}`, ...figures].join(", ");
-    document.title = `${steps ? Math.floor((100 * step) / steps) : 0} % ${state}: ${document.title.split(": ").pop()}`;
   }
 
-  /** A line of the values, with as many places as the widest run has. */
-  function sparkline(values) {
-    const [width, height] = [160, 28];
-    const [low, high] = [Math.min(0, ...values), Math.max(0, ...values)];
-    const x = (place) => 3 + (place * (width - 6)) / Math.max(1, values.length - 1);
-    const y = (value) => height - 3 - ((value - low) / (high - low || 1)) * (height - 6);
-    const points = values.map((value, place) => `${x(place).toFixed(1)},${y(value).toFixed(1)}`).join(" ");
-    const drawing = new DOMParser().parseFromString(
-      `<svg width="${width}" height="${height}" role="img" aria-label="by cycle"><line x1="0" x2="${width}" y1="${y(0)}" ` +
-        `y2="${y(0)}" stroke="var(--line)"/><polyline points="${points}" fill="none" stroke="var(--mark)" ` +
-        `stroke-width="1.5"/><circle cx="${x(values.length - 1)}" cy="${y(values[values.length - 1])}" r="3" ` +
-        `fill="var(--mark)"/></svg>`,
-      "text/html"
-    );
-    return drawing.body.firstChild;
-  }
+  /** Writes how far it is in front of the name of the page. */
+  const entitle = (progress) => (document.title = `${progress}: ${document.title.split(": ").pop()}`);
 
-  function showSpeeds(speeds) {
-    const place = find(".speeds");
-    const rows = speeds.filter(({ along_m_per_s: along }) => along.length);
-    if (!rows.length) return place.replaceChildren();
-    const table = made("table");
-    const head = table.createTHead().insertRow();
-    ["swimmer", "cycles", "along the own axis", "across it", "by cycle"].forEach((text) => head.append(made("th", text)));
-    const body = table.createTBody();
-    for (const { name, along_m_per_s: along, across_m_per_s: across } of rows) {
-      const row = body.insertRow();
-      const last = along.length - 1;
-      [name, along.length, withUnit(along[last], "m/s"), withUnit(across[last], "m/s")].forEach((text) =>
-        row.append(made("td", text))
-      );
-      row.insertCell().append(sparkline(along));
+  /** What shows the state of a run. */
+  function ofRun(find) {
+    const { element, openView, withUnit } = window.copepod;
+    let view = null;
+    let reported = false;
+
+    function showProgress({ state, sentence, phase, step, steps, figures }) {
+      showStatus(find, phase && phase !== "running" ? `${sentence} It is ${phase}.` : sentence, state);
+      const bar = find("progress");
+      Object.assign(bar, { max: steps || 1, value: step });
+      bar.setAttribute("aria-label", `step ${step} of ${steps}`);
+      find(".pace").textContent = [`step ${step} of ${steps}`, ...figures].join(", ");
+      entitle(`${steps ? Math.floor((100 * step) / steps) : 0} % ${state}`);
     }
-    const scroll = Object.assign(made("div"), { className: "scroll" });
-    scroll.append(table);
-    place.replaceChildren(made("h3", "Speeds in the last cycle"), scroll);
-  }
 
-  async function showScene(scene) {
-    if (view) return view.update(scene);
-    figure.hidden = false;
-    view = await openView(find(".stage"), scene, true);
-    window.copepod.views.push(view);
-  }
+    /** A line of the values, with as many places as the widest run has. */
+    function sparkline(values) {
+      const [width, height] = [160, 28];
+      const [low, high] = [Math.min(0, ...values), Math.max(0, ...values)];
+      const x = (place) => 3 + (place * (width - 6)) / Math.max(1, values.length - 1);
+      const y = (value) => height - 3 - ((value - low) / (high - low || 1)) * (height - 6);
+      const points = values.map((value, place) => `${x(place).toFixed(1)},${y(value).toFixed(1)}`).join(" ");
+      const last = values.length - 1;
+      return parsed(
+        `<svg width="${width}" height="${height}" role="img" aria-label="by cycle">` +
+          `<line x1="0" x2="${width}" y1="${y(0)}" y2="${y(0)}" stroke="var(--line)"/>` +
+          `<polyline points="${points}" fill="none" stroke="var(--mark)" stroke-width="1.5"/>` +
+          `<circle cx="${x(last)}" cy="${y(values[last])}" r="3" fill="var(--mark)"/></svg>`
+      ).firstChild;
+    }
 
-  /** The report of the run that has ended: its tables and figures, without its own view. False if there is none yet. */
-  async function showReport() {
-    const answer = await fetch("report");
-    if (!answer.ok) return false;
-    const report = new DOMParser().parseFromString(await answer.text(), "text/html");
-    report.querySelectorAll(".view, h2, section > p").forEach((part) => part.remove());
-    find(".report").replaceChildren(...report.querySelectorAll("section"));
-    return true;
-  }
+    function showSpeeds(speeds) {
+      const place = find(".speeds");
+      const rows = speeds.filter(({ along_m_per_s: along }) => along.length);
+      if (!rows.length) return place.replaceChildren();
+      const heads = ["swimmer", "cycles", "along the own axis", "across it", "by cycle"];
+      const line = (cell, texts) => element("tr", {}, ...texts.map((text) => element(cell, {}, text)));
+      const body = rows.map(({ name, along_m_per_s: along, across_m_per_s: across }) => {
+        const last = [along, across].map((speeds) => withUnit(speeds[along.length - 1], "m/s"));
+        return line("td", [name, along.length, ...last, sparkline(along)]);
+      });
+      const table = element("table", {}, element("thead", {}, line("th", heads)), element("tbody", {}, ...body));
+      place.replaceChildren(element("h3", {}, "Speeds in the last cycle"), element("div", { class: "scroll" }, table));
+    }
 
-  async function ask() {
-    let wait = EVERY_MS;
-    try {
-      const answer = await fetch(`state?have=${encodeURIComponent(version)}`);
-      if (!answer.ok) throw new Error(await answer.text());
-      const content = await answer.json();
+    async function showScene(scene) {
+      if (view) return view.update(scene);
+      view = await openView(find(".stage"), scene, true);
+      window.copepod.views.push(view);
+    }
+
+    /** The report of the run that has ended: tables and figures, without its own view. False if there is none yet. */
+    async function showReport() {
+      const answer = await fetch("report");
+      if (!answer.ok) return false;
+      const report = parsed(await answer.text());
+      report.querySelectorAll(".view, h2, section > p").forEach((part) => part.remove());
+      find(".report").replaceChildren(...report.querySelectorAll("section"));
+      return true;
+    }
+
+    return async (content) => {
       showProgress(content);
       showSpeeds(content.speeds);
-      version = content.version;
       if (content.scene) await showScene(content.scene);
-      if (content.state !== "running") {
-        wait = AFTER_END_MS;
-        reported ||= await showReport();
-      } else {
-        reported = false;
-      }
-    } catch (problem) {
-      find(".status").textContent = `The server does not answer (${problem.message}). Is copepod watch still running?`;
-      find(".status").className = "status interrupted";
-      version = "";
-    }
-    setTimeout(ask, wait);
+      const hasEnded = content.state !== "running";
+      reported = hasEnded && (reported || (await showReport()));
+      return hasEnded && AFTER_END_MS;
+    };
   }
-  ask();
+
+  /** What shows the state of the runs of a campaign. */
+  function ofRuns(find) {
+    /** Cell by cell, so that the table stays where it was scrolled to, and links keep the focus. */
+    function showTable(html) {
+      const fresh = parsed(html);
+      const [cells, shown] = [fresh, find(".table")].map((place) => [...place.querySelectorAll("th, td")]);
+      if (cells.length !== shown.length) return find(".table").replaceChildren(...fresh.childNodes);
+      cells.forEach((cell, place) => {
+        if (cell.innerHTML !== shown[place].innerHTML) shown[place].replaceChildren(...cell.childNodes);
+      });
+    }
+
+    return ({ sentence, share, table, figures }) => {
+      showStatus(find, sentence, "");
+      find(".whole").value = share;
+      entitle(`${Math.floor(100 * share)} %`);
+      showTable(table);
+      if (figures !== null) find(".answer").replaceChildren(...parsed(figures).childNodes);
+    };
+  }
+
+  for (const [id, every_ms, shows] of [["live", 1000, ofRun], ["runs", 3000, ofRuns]]) {
+    const section = document.getElementById(id);
+    const find = (selector) => section.querySelector(selector);
+    if (section) follow(find, every_ms, shows(find));
+  }
 })();

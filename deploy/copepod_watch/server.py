@@ -16,19 +16,23 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
+from copepod_report.run_status import state_of
 from copepod_report.view import scripts
 from copepod_run.errors import ExitCode, Stop
-from copepod_watch.campaign import CampaignFollower, Draw
-from copepod_watch.follower import RunFollower, runs_in
+from copepod_watch.follower import CampaignFollower, Draw, RunFollower, runs_in
 
 _LOOPBACK = "127.0.0.1"
 _OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)
-_LIVE, _RUNS = (Path(__file__).with_name(name) for name in ("live.js", "runs.js"))
+_SCRIPT = f"<script>{Path(__file__).with_name('live.js').read_text()}</script>"
 _HTML = templates(Path(__file__).with_name("live.html"))
-_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; connect-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)
+_HEADERS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
 
 Follow = Callable[[Path], RunFollower]
 Report = Callable[[Path], str]
@@ -80,7 +84,7 @@ class WatchServer(ThreadingHTTPServer):
         with self._lock:
             followers = dict(self._followers)
         for name, follower in followers.items():
-            state = follower.state()
+            state, _ = state_of(follower.directory)
             if self._states.get(name, "running") == "running" and state != "running":
                 self._announce(f"{follower.name}: {state}; the page stays until Ctrl-C.")
             self._states[name] = state
@@ -90,12 +94,12 @@ class WatchServer(ThreadingHTTPServer):
         if not secrets.compare_digest(path[: len(self.root)].encode(), self.root.encode()):
             return None
         path = path.removeprefix(self.root)
-        *folders, last = path.split("/")
-        name = "/".join(folders)
+        name, _, last = path.rpartition("/")
         with self._lock:
             runs = runs_in(self.directory)
             if path == "" and "" not in runs:
-                return "text/html", self._page_of_runs()
+                section = _HTML.runs(self.directory, self._campaign.content())
+                return "text/html", page(f"Copepod: {self.directory.resolve().name}", [section, _SCRIPT])
             if path == "state" and "" not in runs:
                 return "application/json", json.dumps(self._campaign.content(known))
             if name not in runs or last not in ("", "state", "report"):
@@ -107,21 +111,13 @@ class WatchServer(ThreadingHTTPServer):
                 return "application/json", json.dumps(follower.content(known))
             if last == "report":
                 return "text/html", self._report(runs[name])
-            return "text/html", _live_page(follower, self.root if name else "")
+            section = _HTML.live(follower.directory, self.root if name else "")
+            return "text/html", page(f"Copepod: {follower.name}", [section, scripts(), _SCRIPT])
 
     def watch(self, name: str) -> None:
         """Follows a run before the first request, so that its end is announced."""
         with self._lock:
             self._followers[name] = self._follow(runs_in(self.directory)[name])
-
-    def _page_of_runs(self) -> str:
-        section = _HTML.runs(self.directory, self._campaign.content(), _RUNS.read_text())
-        return page(f"Copepod: {self.directory.resolve().name}", [section])
-
-
-def _live_page(follower: RunFollower, list_of_runs: str) -> str:
-    section = _HTML.live(follower.directory, list_of_runs)
-    return page(f"Copepod: {follower.name}", [section, scripts(), f"<script>{_LIVE.read_text()}</script>"])
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -130,7 +126,7 @@ class _Handler(BaseHTTPRequestHandler):
     sys_version = ""
 
     def do_GET(self) -> None:
-        if self._host() not in _OUR_NAMES:
+        if (self.headers.get("Host") or "").rsplit(":", 1)[0].lower() not in _OUR_NAMES:
             self._send(HTTPStatus.FORBIDDEN, "text/plain", "Only http://127.0.0.1 and http://localhost lead here.\n")
             return
         place = urlsplit(self.path)
@@ -141,30 +137,17 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.SERVICE_UNAVAILABLE, "text/plain", f"{problem}\n")
             return
         if found is None:
-            self._send(
-                HTTPStatus.NOT_FOUND,
-                "text/plain",
-                "There is no such page (use the address that copepod watch printed).\n",
-            )
+            text = "There is no such page (use the address that copepod watch printed).\n"
+            self._send(HTTPStatus.NOT_FOUND, "text/plain", text)
         else:
             self._send(HTTPStatus.OK, *found)
-
-    def _host(self) -> str:
-        host: Any = self.headers.get("Host", "")
-        return host.rsplit(":", 1)[0].lower()
 
     def _send(self, status: HTTPStatus, kind: str, text: str) -> None:
         content = text.encode()
         self.send_response(status)
-        for name, value in (
-            ("Content-Type", f"{kind}; charset=utf-8"),
-            ("Content-Length", str(len(content))),
-            ("Cache-Control", "no-store"),
-            ("Content-Security-Policy", _POLICY),
-            ("Cross-Origin-Resource-Policy", "same-origin"),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Referrer-Policy", "no-referrer"),
-        ):
+        self.send_header("Content-Type", f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(content)))
+        for name, value in _HEADERS.items():
             self.send_header(name, value)
         self.end_headers()
         try:

@@ -27,7 +27,7 @@ def snapshots(directory: Path) -> xarray.Dataset:
             )
         groups = [steps[step] for step in sorted(steps)]
         times = [float(file[name].attrs["time_s"]) for name in groups]
-        data, coordinates = _variables(file, path, groups, ("time",))
+        data, coordinates = _variables(file, path, groups)
     coordinates["time"] = ("time", times, {"units": "s"})
     coordinates["step"] = ("time", sorted(steps))
     return xarray.Dataset(data, coordinates)
@@ -39,9 +39,9 @@ def mean(directory: Path) -> xarray.Dataset:
     with _opened(path) as file:
         if "mean" not in file:
             raise Error(f"{path} has no mean (snapshots only: fields). Set output.fields.mean_over_steps.", 2)
-        data, coordinates = _variables(file, path, ["mean"], ())
+        data, coordinates = _variables(file, path, ["mean"])
         attributes = {name: int(file["mean"].attrs[name]) for name in ("mean_start", "mean_stop", "samples")}
-    return xarray.Dataset(data, coordinates, attributes)
+    return xarray.Dataset(data, coordinates, attributes).isel(time=0)
 
 
 def _opened(path: Path) -> Any:
@@ -56,9 +56,7 @@ def _opened(path: Path) -> Any:
         raise Error(f"{path} cannot be read ({problem}). While a run writes it, try again.", 73) from None
 
 
-def _variables(
-    file: Any, path: Path, groups: list[str], dimensions: tuple[str, ...]
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def _variables(file: Any, path: Path, groups: list[str]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The quantities of some groups, all of one shape, and the coordinates of the cells' centres."""
     first = file[groups[-1]]
     cell_m = float(first.attrs["cell_size_m"])
@@ -69,10 +67,8 @@ def _variables(
         coordinates[axis] = (axis, (start + numpy.arange(count) + 0.5) * cell_m, {"units": "m"})
     data = {}
     for name, dataset in first.items():
-        array = _LazyGroups(
-            path, [f"{group}/{name}" for group in groups if name in file[group]], dataset, bool(dimensions)
-        )
-        axes = (*dimensions, *"zyx", "component")[: len(array.shape)]
+        array = _LazyGroups(path, [f"{group}/{name}" for group in groups if name in file[group]], dataset)
+        axes = ("time", *"zyx", "component")[: len(array.shape)]
         data[name] = xarray.Variable(axes, indexing.LazilyIndexedArray(array), _attributes(name))
     if not any("component" in variable.dims for variable in data.values()):
         del coordinates["component"]
@@ -87,22 +83,19 @@ def _attributes(name: str) -> Mapping[str, str]:
 
 
 class _LazyGroups(BackendArray):
-    """One quantity of several groups as an array (group, z, y, x[, component]); of one group without the first axis."""
+    """One quantity of several groups as an array (group, z, y, x[, component])."""
 
-    def __init__(self, path: Path, names: list[str], like: Any, is_stack: bool) -> None:
+    def __init__(self, path: Path, names: list[str], like: Any) -> None:
         self._path = path
         self._names = names
-        self._is_stack = is_stack
         self.dtype = like.dtype
-        self.shape = (len(names), *like.shape) if is_stack else like.shape
+        self.shape = (len(names), *like.shape)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._read)
 
     def _read(self, key: tuple[Any, ...]) -> Any:
         with _opened(self._path) as file:
-            if not self._is_stack:
-                return file[self._names[0]][key]
             if not isinstance(key[0], slice):
                 return file[self._names[key[0]]][key[1:]]
             return numpy.stack([file[name][key[1:]] for name in self._names[key[0]]])

@@ -223,10 +223,9 @@ class TrajectoryReader:
         pandas = required("pandas")
         from copepod_report.trajectory import COLUMNS
 
-        for sample in self._trajectory.look(is_last):
-            if sample.step <= self._last_step:
+        for step, values in self._trajectory.look(is_last):
+            if step <= self._last_step:
                 continue
-            self._last_step = sample.step
-            index = pandas.Index(self._trajectory.bodies, name="body")
-            bodies = pandas.DataFrame(sample.values(), index, COLUMNS)
-            yield Sample(sample.step, bodies["time_s"].iloc[0], bodies)
+            self._last_step = step
+            bodies = pandas.DataFrame(values(), pandas.Index(self._trajectory.bodies, name="body"), COLUMNS)
+            yield Sample(step, bodies["time_s"].iloc[0], bodies)

@@ -19,13 +19,11 @@ MAY_IMPORT = {
     "copepod_campaign": {"copepod_run"},
     "copepod_report": {"copepod_run"},
     "copepod_swimmers": {"copepod_report", "copepod_run"},
-    "copepod_paper": {"copepod_report", "copepod_run", "copepod_swimmers"},
     "copepod_validation": {"copepod_campaign", "copepod_report", "copepod_run"},
     "copepod_watch": {"copepod_report", "copepod_run"},
     "copepod_command": {
         "copepod_bench",
         "copepod_campaign",
-        "copepod_paper",
         "copepod_report",
         "copepod_run",
         "copepod_validation",

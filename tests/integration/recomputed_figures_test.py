@@ -13,7 +13,7 @@ from collections import defaultdict
 import numpy as np
 
 from copepod_session import WholeRunTest
-from copepod_report.comparison import comparison_rows
+from copepod_report.page import comparison_rows
 from copepod_report.run_record import collect
 from copepod_run.plan import plan_of
 

@@ -12,11 +12,9 @@ import numpy as np
 from surfaces import with_surfaces
 from synthetic_run import STEP_S, write_snapshot, write_swarm
 from copepod_report.fields import read_components
-from copepod_report.pair_distribution import pair_distribution
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord
-from copepod_report.spectrum import energy_spectrum
-from copepod_report.swarm import Swarm
+from copepod_report.swarm import Swarm, energy_spectrum, pair_distribution
 
 
 def read_case(path):

@@ -16,9 +16,8 @@ from copepod_session import CommandTest
 from surfaces import with_surfaces
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, kinematics_so_far, paths, read_cycles
-from copepod_report.film import film_of
 from copepod_report.flow import View, choose, draw, strongest_plane
-from copepod_report.report import page_of
+from copepod_report.report import film_of, page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
 from copepod_report.style import LIGHT, new_figure, picture_of, svg_of
 from copepod_report.trajectory import Trajectory
@@ -360,6 +359,20 @@ class Report(CommandTest):
         trajectory.write_text(trajectory.read_text().replace(",1e-05,1.2e-05,", ",3.1e-05,1.2e-05,"))
         self.assertEqual(RunRecord(self.folder / "run", read_case).is_periodic, (True, False, True))
         self.assertAlmostEqual(self.chosen(plane="yz").at_m, 11e-6, delta=1e-9)  # not 31 µm, beyond the domain
+
+    def test_bodies_have_images_behind_planes_of_symmetry(self):
+        write_run(self.folder / "run")
+        content = json.loads((self.folder / "run/case.yaml").read_text())
+        content["case"]["fluid"]["symmetry_planes"] = ["y", "z"]  # all bodies are on the first
+        (self.folder / "run/case.yaml").write_text(json.dumps(content))
+        run = RunRecord(self.folder / "run", read_case)
+        outlines = [patch for patch in draw(run, self.chosen(plane="yz")).axes[0].patches if patch.get_zorder() == 5]
+        boxes = [outline.get_path().get_extents(outline.get_patch_transform()) for outline in outlines]
+        middles = np.array([(box.min + box.max) / 2 for box in boxes])
+        self.assertEqual(middles.shape, (6, 2))
+        np.testing.assert_allclose(middles[:, 0], 12)
+        np.testing.assert_allclose(middles[::2, 1] + middles[1::2, 1], 60)
+        self.assertGreater(np.abs(middles[::2, 1] - middles[1::2, 1]).min(), 1)
 
     def test_film_has_a_picture_of_each_snapshot(self):
         write_run(self.folder / "run")

@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_paper.hydrodynamic_radii import error_percent, is_drag_run, measure, predict
-from copepod_swimmers.theory import geometrical_factor
+from copepod_report.paper import error_percent, geometrical_factor, is_drag_run, measure, predict
 
 ACROSS = [0.5**0.5, 0, 0.5**0.5, 0]
 ALONG = [1, 0, 0, 0]
@@ -48,6 +47,8 @@ class HydrodynamicRadii(unittest.TestCase):
     def test_only_a_lone_fixed_body_is_a_drag_run(self):
         self.assertTrue(is_drag_run(self.runs[0]))
         self.assertFalse(is_drag_run(SimpleNamespace(case={"bodies": [], "swimmers": [{}]})))
+        two = {"bodies": [{"motion": "fixed"}, {"motion": "free"}], "swimmers": []}
+        self.assertFalse(is_drag_run(SimpleNamespace(case=two)))
 
     def test_prediction_scales_with_the_factor_of_the_measured_radii(self):
         """Against (29) by hand: paper's K of three spheres of radius 6, then of 5.2, 4, 4, arms 16."""

@@ -192,6 +192,10 @@ class InChromium(unittest.TestCase):
             self.assertIn("swimmer.B3", tip)
             self.assertIn("20.00, 20.00, 56.00", tip)
             self.assertIn("2 mm/s", tip)
+
+        with self.subTest("draws a sphere at each end of a capsule"):
+            ends = browser.value("[14, 30].map((z) => window.copepod.views[0].stage.round[1].instanceMatrix.array[z])")
+            np.testing.assert_allclose(ends, [44, 36], atol=1e-3)
         self.assertEqual(browser.problems, [])
         self.assertEqual(browser.requests, [f"file://{self.path}"])
 

@@ -18,8 +18,7 @@ from copepod_session import CommandTest, wait_until
 from synthetic_run import CELL_M, PERIOD, SPEED, STEP_S, write_run
 from copepod_run.errors import Stop
 from copepod_run.progress import Progress
-from copepod_watch.campaign import CampaignFollower
-from copepod_watch.follower import TrajectoryFollower
+from copepod_watch.follower import CampaignFollower, TrajectoryFollower
 from copepod_watch.server import WatchServer
 
 LAG = "swimmers.0.stroke.phase_lag_steps"

@@ -12,8 +12,7 @@ sys.path[:0] = [str(ROOT / "tests" / "integration"), str(ROOT / "python")]
 
 from copepod_session import PROGRAMS, WholeRunTest  # noqa: E402
 from copepod import Run  # noqa: E402
-from copepod_swimmers.pair import pair_of  # noqa: E402
-from copepod_swimmers.three_spheres import LABELS, speed_of  # noqa: E402
+from copepod_swimmers.three_spheres import LABELS, pair_of, speed_of  # noqa: E402
 from copepod_swimmers import triangle  # noqa: E402
 
 

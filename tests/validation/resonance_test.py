@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import PROGRAMS, WholeRunTest  # noqa: E402
 from copepod_run.plan import resolved_case  # noqa: E402
-from copepod_paper.resonance import VacuumSwimmer, points_of, sweeps_of  # noqa: E402
+from copepod_report.resonance import VacuumSwimmer, points_of, sweeps_of  # noqa: E402
 from copepod_report.run_record import collect  # noqa: E402
 
 REFERENCE = ROOT / "tests/reference"

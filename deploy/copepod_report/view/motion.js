@@ -10,10 +10,7 @@ function bytesOf(text) {
 class Motion {
   /** `motion`: as copepod_report/scene.py packs it. */
   constructor(motion, bodies) {
-    Object.assign(this, { steps: motion.steps, time_s: motion.time_s, low: motion.low, span: motion.span });
-    this.bodies = bodies;
-    this.fastest = motion.fastest_m_per_s;
-    this.orientations = motion.orientations;
+    Object.assign(this, motion, { bodies });
     this.turns = new Map(motion.turning.map((body, place) => [body, place]));
     this.positions = new Uint16Array(bytesOf(motion.positions).buffer);
     this.speeds = new Uint16Array(bytesOf(motion.speeds).buffer);
@@ -37,7 +34,7 @@ class Motion {
     const share = at - before;
     const mixed = (a, b) => a + share * (b - a);
     const [from, to] = [this.sampled(before, body), this.sampled(after, body)];
-    const speed = (frame) => (this.fastest[body] * this.speeds[frame * this.bodies + body]) / LEVELS;
+    const speed = (frame) => (this.fastest_m_per_s[body] * this.speeds[frame * this.bodies + body]) / LEVELS;
     return {
       position: from.map((value, k) => mixed(value, to[k])),
       orientation: this.turned(before, after, share, body),
@@ -69,11 +66,15 @@ class Motion {
     return Math.min(after, before + (step - this.steps[before]) / (this.steps[after] - this.steps[before]));
   }
 
-  /** Step of the run at a frame with its fraction. */
-  stepAt(at) {
+  /** Step or time of the run at a frame with its fraction, from those of all frames. */
+  between(values, at) {
     const before = Math.min(Math.floor(at), this.last);
     const after = Math.min(before + 1, this.last);
-    return this.steps[before] + (at - before) * (this.steps[after] - this.steps[before]);
+    return values[before] + (at - before) * (values[after] - values[before]);
+  }
+
+  stepAt(at) {
+    return this.between(this.steps, at);
   }
 
   /** Opposite corners of what all bodies, with their shapes, sweep. */

@@ -67,6 +67,16 @@ class Orbit {
 
 const unitVector = (axis) => [0, 1, 2].map((k) => (k === axis ? 1 : 0));
 
+/** Corners of the rectangle between two extents along the axes u and v, in order; elsewhere it is at `base`. */
+function rectangle(base, u, v, { low, high }) {
+  return [[0, 0], [1, 0], [1, 1], [0, 1]].map(([a, b]) => {
+    const point = [...base];
+    point[u] = (a ? high : low)[u];
+    point[v] = (b ? high : low)[v];
+    return point;
+  });
+}
+
 /** The sets of mirror planes whose image of a body is another body: lists of axes, the empty one first. */
 function imagesOf(points, box) {
   const axes = box ? box.symmetry.map((name) => "xyz".indexOf(name)) : [];
@@ -124,19 +134,18 @@ class Surface {
 }
 
 class Stage {
-  constructor(THREE, canvas, scene) {
-    Object.assign(this, { THREE, scene, canvas });
+  constructor(THREE, canvas, scene, motion) {
+    Object.assign(this, { THREE, scene, motion });
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
     this.camera = new THREE.PerspectiveCamera((FIELD_OF_VIEW * 180) / Math.PI, 1, 0.1, 10);
     this.world = new THREE.Scene();
     this.light = new THREE.DirectionalLight(0xffffff, 0.5);
     this.world.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.62), this.light);
-    this.colours = { arms: null, lines: [], faces: [], mirrors: [], obstacles: [] };
+    this.colours = { lines: [], faces: [], mirrors: [], obstacles: [] };
     this.surfaces = scene.surfaces.map((surface) => new Surface(surface));
     this.shapes = scene.bodies.map((body) => this.surfaces[body.surface]);
-    this.motion = new Motion(scene.motion, scene.bodies.length);
-    this.extent = this.motion.extent(this.shapes);
+    this.extent = motion.extent(this.shapes);
     this.addBodies();
     this.addDomain();
     this.addPaths();
@@ -150,9 +159,8 @@ class Stage {
 
   /** Other samples of the same bodies. */
   replaceMotion(motion) {
-    this.scene.motion = motion;
-    this.motion = new Motion(motion, this.scene.bodies.length);
-    this.extent = this.motion.extent(this.shapes);
+    this.motion = motion;
+    this.extent = motion.extent(this.shapes);
     this.addPaths();
   }
 
@@ -293,20 +301,12 @@ class Stage {
       this.domain = bounds;
       this.axes = axisEnds([0, 0, 0], box.size);
     }
-    const corner = (axis, at, side, other) => {
-      const [u, v] = [0, 1, 2].filter((k) => k !== axis);
-      const point = [0, 0, 0];
-      point[axis] = at;
-      point[u] = (side ? bounds.high : bounds.low)[u];
-      point[v] = (other ? bounds.high : bounds.low)[v];
-      return point;
-    };
-    const rectangle = (axis, at) => [[0, 0], [1, 0], [1, 1], [0, 1]].map(([u, v]) => corner(axis, at, u, v));
+    const across = (axis, at) => rectangle(scaled(unitVector(axis), at), ...[0, 1, 2].filter((k) => k !== axis), bounds);
     const seeThrough = { transparent: true, depthWrite: false };
     for (const name of box.walls) {
       const axis = "xyz".indexOf(name[0]);
       const high = name.endsWith("high");
-      const corners = rectangle(axis, box.size ? (high ? bounds.high : bounds.low)[axis] : 0);
+      const corners = across(axis, box.size ? (high ? bounds.high : bounds.low)[axis] : 0);
       if (high === (axis !== 1)) corners.reverse(); // seen from the inside only
       const material = new THREE.MeshBasicMaterial({ ...seeThrough, opacity: 0.5 });
       if (!box.size) material.side = THREE.DoubleSide;
@@ -314,38 +314,30 @@ class Stage {
     }
     for (const name of box.symmetry) {
       const axis = "xyz".indexOf(name);
-      const corners = rectangle(axis, box.size[axis] / 2);
+      const corners = across(axis, box.size[axis] / 2);
       const material = new THREE.MeshBasicMaterial({ ...seeThrough, opacity: 0.07, side: THREE.DoubleSide });
       this.colours.mirrors.push(this.face(corners, material));
       const round = corners.flatMap((point, k) => [...point, ...corners[(k + 1) % 4]]);
       this.colours.mirrors.push(this.segments(round, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.5 })));
     }
     if (!box.size) return;
-    const edges = [0, 1, 2].flatMap((axis) =>
-      [0, 1, 2, 3].flatMap((k) => [
-        ...corner(axis, bounds.low[axis], k & 1, k & 2),
-        ...corner(axis, bounds.high[axis], k & 1, k & 2),
-      ])
-    );
+    const edges = [0, 1, 2].flatMap((axis) => {
+      const [from, to] = [0, box.size[axis]].map((at) => across(axis, at));
+      return from.flatMap((point, k) => [...point, ...to[k]]);
+    });
     this.colours.lines.push(this.segments(edges, new THREE.LineBasicMaterial()));
   }
 
   addFlow() {
     const { THREE, scene } = this;
     if (!scene.flow) return;
-    const { along, across, low, high, shape } = scene.flow;
-    const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(([u, v]) => {
-      const point = [...low];
-      point[along] = (u ? high : low)[along];
-      point[across] = (v ? high : low)[across];
-      return point;
-    });
+    const { along, across, low, shape } = scene.flow;
     const pixels = new Uint8Array(3 * shape[0] * shape[1]);
     this.texture = new THREE.DataTexture(pixels, shape[1], shape[0], THREE.RGBFormat);
     this.texture.magFilter = this.texture.minFilter = THREE.LinearFilter;
     this.texture.unpackAlignment = 1;
     const material = new THREE.MeshBasicMaterial({ map: this.texture, side: THREE.DoubleSide });
-    this.flow = this.face(corners, material);
+    this.flow = this.face(rectangle(low, along, across, scene.flow), material);
   }
 
   /** `look`: beads, flow (lists of colours), arms, line, face, mirror. */
@@ -383,7 +375,9 @@ class Stage {
       this.renderer.setSize(width, height, false);
     }
     const { camera } = this;
-    const reach = 1.5 * (orbit.radius + Math.hypot(...plus(orbit.target, this.middle(), -1))) + this.reach();
+    const { low, high } = this.whole();
+    const away = plus(orbit.target, scaled(plus(low, high), 0.5), -1);
+    const reach = 1.5 * (orbit.radius + Math.hypot(...away)) + Math.hypot(...plus(high, low, -1));
     camera.aspect = width / height;
     camera.near = Math.max(orbit.distance - reach, orbit.distance / 200);
     camera.far = orbit.distance + reach;
@@ -399,16 +393,6 @@ class Stage {
 
   whole() {
     return this.domain ? joined(this.domain, this.extent) : this.extent;
-  }
-
-  middle() {
-    const { low, high } = this.whole();
-    return scaled(plus(low, high), 0.5);
-  }
-
-  reach() {
-    const { low, high } = this.whole();
-    return Math.hypot(...plus(high, low, -1));
   }
 
   /** The entry of the body or image nearest to the eye at a place in the picture, from (-1, -1) to (1, 1), or null. */

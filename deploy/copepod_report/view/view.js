@@ -8,19 +8,14 @@ const KEYS =
   "view, or + and −: zoom. Space: play. Comma and full stop: one sample back and forth. N and B: next and previous " +
   "body. Home: reset.";
 
-/** The text of a number for people: three digits. */
-function threeDigits(value) {
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(3)));
-}
-
-/** A duration or a speed in a unit of a good size, from SI. */
+/** A duration or a speed in a unit of a good size, from SI: three digits. */
 function withUnit(value, unit) {
-  const size = Math.abs(value);
-  const found = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]].find(([, factor]) => size >= factor) || ["n", 1e-9];
-  const [prefix, factor] = size === 0 ? ["", 1] : found;
-  return `${threeDigits(value / factor)} ${prefix}${unit}`;
+  if (value === 0) return `0 ${unit}`;
+  const prefixes = [["", 1], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]];
+  const [prefix, factor] = prefixes.find(([, factor]) => Math.abs(value) >= factor) || prefixes[3];
+  const shown = value / factor;
+  const isShort = Math.abs(shown) < 1e5 && Math.abs(shown) >= 1e-3;
+  return `${isShort ? Number(shown.toPrecision(3)) : shown.toExponential(2)} ${prefix}${unit}`;
 }
 
 function element(name, attributes = {}, ...children) {
@@ -42,10 +37,15 @@ class View {
     this.isAtEnd = live;
     this.visible = { paths: true, flow: true, domain: true };
     this.build();
-    const motion = new Motion(scene.motion, scene.bodies.length);
-    this.slider.max = motion.last;
-    if (live) this.at = motion.last;
+    this.take(scene);
+    if (live) this.at = this.motion.last;
     this.watchPage();
+  }
+
+  take(scene) {
+    this.scene = scene;
+    this.motion = new Motion(scene.motion, scene.bodies.length);
+    this.slider.max = this.motion.last;
   }
 
   build() {
@@ -104,7 +104,7 @@ class View {
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": label });
     this.holder.prepend(this.canvas);
     try {
-      this.stage = new Stage(this.THREE, this.canvas, this.scene);
+      this.stage = new Stage(this.THREE, this.canvas, this.scene, this.motion);
     } catch (problem) {
       this.place.replaceChildren(
         element("p", { class: "missing" }, `The interactive view needs WebGL (${problem.message}). The figures show the run.`)
@@ -157,28 +157,19 @@ class View {
     if (scene.bodies.length !== this.scene.bodies.length || JSON.stringify(scene.box) !== JSON.stringify(this.scene.box)) {
       this.close();
       this.orbit = null;
-      this.scene = scene;
-      this.slider.max = scene.motion.steps.length - 1;
-      this.at = scene.motion.steps.length - 1;
+      this.take(scene);
+      this.at = this.motion.last;
       return this.open();
     }
     const step = this.motion.stepAt(this.at);
-    this.scene.motion = scene.motion;
-    if (this.stage) this.stage.replaceMotion(scene.motion);
-    this.idle = null;
-    this.slider.max = this.motion.last;
+    this.take(scene);
+    if (this.stage) this.stage.replaceMotion(this.motion);
     if (this.isAtEnd && !prefersLittleMotion.matches && this.stage) {
       this.at = this.motion.frameAt(step);
       this.play();
     } else {
       this.goTo(this.isAtEnd ? this.motion.last : this.motion.frameAt(step), this.isAtEnd);
     }
-  }
-
-  get motion() {
-    if (this.stage) return this.stage.motion;
-    this.idle = this.idle || new Motion(this.scene.motion, this.scene.bodies.length);
-    return this.idle;
   }
 
   goTo(at, isAtEnd = at >= this.motion.last) {
@@ -216,15 +207,14 @@ class View {
 
   advance(now) {
     if (!this.playing || !this.stage) return;
-    const seconds = Math.min(1, (now - this.before) / 1000);
     const { motion } = this;
+    const seconds = Math.min(1, (now - this.before) / 1000);
     const pace = this.isAtEnd // catches up with a live run within a second
       ? Math.max(this.stepsPerSecond(), motion.steps[motion.last] - motion.stepAt(this.at))
       : this.stepsPerSecond() * Number(this.speed.value);
     this.before = now;
-    const at = motion.frameAt(motion.stepAt(this.at) + pace * seconds);
-    this.at = at;
-    if (at >= motion.last) {
+    this.at = motion.frameAt(motion.stepAt(this.at) + pace * seconds);
+    if (this.at >= motion.last) {
       this.pause();
       this.isAtEnd = true;
     }
@@ -269,8 +259,7 @@ class View {
 
   writeTime() {
     const { motion } = this;
-    const [before, after] = [Math.floor(this.at), Math.min(Math.floor(this.at) + 1, motion.last)];
-    const time = motion.time_s[before] + (this.at - before) * (motion.time_s[after] - motion.time_s[before]);
+    const time = motion.between(motion.time_s, this.at);
     const step = Math.round(motion.stepAt(this.at));
     this.slider.value = Math.round(this.at);
     this.clock.textContent = `${withUnit(time, "s")}, step ${step}`;
@@ -425,7 +414,7 @@ async function openView(place, scene, live) {
   }
 }
 
-window.copepod = { openView, withUnit, threeDigits, views: [] };
+window.copepod = { openView, withUnit, element, views: [] };
 document.querySelectorAll(".view > script").forEach(async (script) => {
   const stage = script.parentElement.querySelector(".stage");
   window.copepod.views.push(await openView(stage, JSON.parse(script.textContent), false));

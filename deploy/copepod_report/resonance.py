@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from html import escape
 from typing import Any
 
 import numpy as np
 
-from copepod_report.page import table
+from copepod_report.page import HTML
 from copepod_report.run_record import RunRecord, SwimmerRecord, fit_arm
-from copepod_report.style import Theme, legend_above, new_figure
+from copepod_report.style import LIGHT, legend_above, new_figure
 from copepod_run.figures import markdown_table
 
 # Shapes of motion (B2, B1, B3) and how many times k and γ act on each; the third, a translation, is never driven.
@@ -152,9 +151,9 @@ def markdown(points: Sequence[ResonancePoint]) -> str:
     return markdown_table(f"{heads} | from the exact motion", map(" | ".join, map(_cells, points)))
 
 
-def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
+def curve(points: Sequence[ResonancePoint]) -> Any:
     """Amplitude over ω₀/ω: exact steady curve, the damping as strong as that of the first run, and a dot per run."""
-    figure, axes = new_figure(theme, 3.6)
+    figure, axes = new_figure(LIGHT, 3.6)
     first = points[0].exact
     ratios = np.linspace(first.frequency_ratio, points[-1].exact.frequency_ratio, 600)
     exact = []
@@ -162,11 +161,11 @@ def curve(points: Sequence[ResonancePoint], theme: Theme) -> Any:
         stiffness, damping = first.stiffness_N_per_m * scale**2, first.damping_N_s_per_m * scale
         swimmer = replace(first, stiffness_N_per_m=stiffness, damping_N_s_per_m=damping)
         exact.append(swimmer.steady_amplitude_m(_BEAD) / swimmer.amplitude_N)
-    axes.plot(ratios, exact, color=theme.beads[0], linewidth=1.4, label="exact, steady")
+    axes.plot(ratios, exact, color=LIGHT.beads[0], linewidth=1.4, label="exact, steady")
     found = [(point.exact.frequency_ratio, point.amplitude_m / point.exact.amplitude_N) for point in points]
-    axes.plot(*np.transpose(found), "o", color=theme.beads[1], markersize=4, label="Copepod, last period")
+    axes.plot(*np.transpose(found), "o", color=LIGHT.beads[1], markersize=4, label="Copepod, last period")
     axes.set(xlabel="ω₀/ω", ylabel="amplitude of B2 per force [m/N]")
-    legend_above(axes, theme)
+    legend_above(axes, LIGHT)
     return figure
 
 
@@ -184,21 +183,17 @@ def sweeps_of(runs: Sequence[RunRecord]) -> dict[str, list[RunRecord]]:
 def section(name: str, points: Sequence[ResonancePoint], figures: Sequence[str]) -> str:
     """HTML: the resonance curve of a sweep and its table."""
     heads = ("ω₀/ω", "k [N/m]", "amplitude / force [m/N]", "steady [m/N]", "difference", "from the exact motion")
-    return (
-        f"<section><h2>{escape(name)}</h2><div class=\"figures\">{''.join(figures)}</div>"
-        f"<details><summary>All stiffnesses</summary>{table(heads, [_cells(point) for point in points])}</details>"
-        "</section>"
-    )
+    return str(HTML.resonance_section(name, figures, heads, map(_cells, points)))
 
 
-def draw_exact(axes: Any, swimmer: SwimmerRecord, theme: Theme) -> None:
+def draw_exact(axes: Any, swimmer: SwimmerRecord) -> None:
     """The exact motion as dots on the lines of ours, and how far they are apart."""
     exact = VacuumSwimmer.of_case(swimmer.run.case, swimmer.section)
     rest = swimmer.positions()[:, :1]
     motion = rest + exact.displacements_m(swimmer.run.trajectory.steps) / swimmer.run.length_unit[0]
     shown = slice(None, None, max(1, len(swimmer.periods()) // 70))
     for values in motion:
-        axes.plot(swimmer.periods()[shown], values[shown], ".", color=theme.ink, markersize=2.5)
+        axes.plot(swimmer.periods()[shown], values[shown], ".", color=LIGHT.ink, markersize=2.5)
     apart = np.abs(motion - swimmer.positions()).max()
     title = f"dots: exact solution, at most {apart:.1e} {swimmer.run.length_unit[1]} away"
-    axes.set_title(title, fontsize=9, loc="left", color=theme.ink)
+    axes.set_title(title, fontsize=9, loc="left", color=LIGHT.ink)
