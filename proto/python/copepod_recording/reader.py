@@ -6,17 +6,13 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.internal.decoder import _DecodeVarint32 as read_length
 from google.protobuf.message import DecodeError
 
-from copepod_component.errors import Refused
+from copepod_component.errors import CaseError, Refused, StorageError
 from copepod_component.messages import Damaged, from_frame, recording
 
 _EARLIER_FORMAT = b"\x89CPDREC\n"  # how files of version 1.0 begin
 
 
-class MissingRecording(Exception):
-    """The run was not recorded."""
-
-
-class UnreadableRecording(Exception):
+class UnreadableRecording(StorageError):
     """The file is not a recording, or its header is damaged."""
 
 
@@ -82,12 +78,12 @@ class Recording:
 
 
 def wire_file(run_directory, attempt=None):
-    """The recorded messages of an attempt, by default the newest. Raises MissingRecording."""
+    """The recorded messages of an attempt, by default the newest. Raises CaseError if there is none."""
     return _chosen(pathlib.Path(run_directory) / "wire", "*.rec", attempt, "wire")
 
 
 def trace_folder(run_directory, attempt=None):
-    """The folder with the phases of each process. Raises MissingRecording."""
+    """The folder with the phases of each process. Raises CaseError if there is none."""
     return _chosen(pathlib.Path(run_directory) / "trace", "attempt_*", attempt, "trace")
 
 
@@ -96,7 +92,7 @@ def _chosen(folder, pattern, attempt, key):
     if attempt is not None:
         found = [path for path in found if path.stem == f"attempt_{attempt:03d}"]
     if not found:
-        raise MissingRecording(
+        raise CaseError(
             f"{folder} holds no recording{f' of attempt {attempt}' if attempt else ''} (the run was not recorded). "
             f"Run the case with --set output.{key}=true."
         )
