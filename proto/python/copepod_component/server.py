@@ -5,16 +5,7 @@ import time
 import traceback
 
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
-from .messages import (
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
-    Damaged,
-    Envelope,
-    control,
-    from_frame,
-    message_name,
-    to_frame,
-)
+from .messages import Damaged, control, envelope, from_frame, message_name, to_frame
 from .session import Session
 from .validation import check_version, check_welcome
 
@@ -133,7 +124,7 @@ class Server:
             raise Refused(f"A {name} was refused (this component does not announce checkpoint). Send none.")
         self._context.step, self._context.received_sequence = request.step, request.sequence
         self._context.phase = PHASES.get(name, control.PHASE_EXCHANGING)
-        reply = self._envelope(request.sequence, request.step)
+        reply = self._envelope(sequence=request.sequence, step=request.step)
         if name == "Finish":
             reply.finished.SetInParent()
         else:
@@ -149,20 +140,9 @@ class Server:
         self._context.phase = control.PHASE_WAITING
 
     def _report_failure(self, code, reason):
-        message = self._envelope(0, self._context.step)
-        message.failure.code = int(code)
-        message.failure.component = self._served.role
-        message.failure.host = self._host
-        message.failure.step = self._context.step
-        message.failure.reason = reason[:4000]
-        self._socket.send(to_frame(message))
+        step = self._context.step
+        failure = {"code": int(code), "component": self._served.role, "host": self._host, "step": step}
+        self._socket.send(to_frame(self._envelope(step=step, failure={**failure, "reason": reason[:4000]})))
 
-    def _envelope(self, sequence, step):
-        return Envelope(
-            protocol_major=PROTOCOL_MAJOR,
-            protocol_minor=PROTOCOL_MINOR,
-            session_id=self._session.session_id,
-            epoch=self._session.epoch,
-            sequence=sequence,
-            step=step,
-        )
+    def _envelope(self, **fields):
+        return envelope(session_id=self._session.session_id, epoch=self._session.epoch, **fields)

@@ -137,9 +137,9 @@ class Trial(Conversation):
                 self.describe_end(code, codes[0] if len(codes) == 1 else f"one from {codes[0]} to {codes[-1]}")
             )
 
-    def receive_pong(self, stamp_ns):
-        """The answer to one's own ping, and how long it took at most."""
-        start = time.monotonic()
+    def answer_to_ping(self):
+        """The Pong to a ping of one's own, and how long it took at most."""
+        start, stamp_ns = time.monotonic(), self.ping()
         while (pong := self.expect("Pong", CONTROL).envelope.pong).stamp_ns != stamp_ns:
             pass
         return pong, time.monotonic() - start

@@ -122,14 +122,6 @@ def _messages(wire, start, end):
             requests.setdefault(key, (recorded.time_ns, message_name(envelope), envelope.step))
         elif key in requests:
             sent, name, step = requests.pop(key)
-            events.append(
-                _complete(
-                    _MESSAGES,
-                    recorded.role,
-                    f"{name} → {message_name(envelope)}",
-                    sent - start,
-                    recorded.time_ns - start,
-                    step,
-                )
-            )
+            name = f"{name} → {message_name(envelope)}"
+            events.append(_complete(_MESSAGES, recorded.role, name, sent - start, recorded.time_ns - start, step))
     return events
