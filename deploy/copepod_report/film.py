@@ -8,7 +8,7 @@ from copepod_report.fields import times_in
 from copepod_report.run_record import RunRecord, read_file
 from copepod_report.style import png_of
 from copepod_run import packages
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.figures import quantity_text
 
 _SHOWN_FOR_S = 10  # at 2 to 25 pictures a second
@@ -25,10 +25,9 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
     packages.require(("ffmpeg",), "a film needs it, nothing else does")
     steps = read_file(run.directory / "fields.h5", times_in).steps
     if len(steps) < 2:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"{run.name} cannot be filmed (a film needs two snapshots of the flow, the run recorded {len(steps)}). "
-            "Set output.fields.every_steps in the case.",
+            "Set output.fields.every_steps in the case."
         )
     last = flow.choose(run, replace(view, time="last"))
     assert last is not None

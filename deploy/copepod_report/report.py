@@ -11,7 +11,7 @@ from copepod_report.style import LIGHT, Theme, picture_of, svg_of
 from copepod_report.swarm import Swarm
 from copepod_report.sweeps import Choice, axes_of
 from copepod_run.destinations import make_folder
-from copepod_run.errors import BY_SIGNAL, ExitCode, Stop
+from copepod_run.errors import BY_SIGNAL, BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import MOST_TABLES
 from copepod_run.names import distinct_words
 
@@ -65,9 +65,8 @@ class Canvas:
             with open(path, "xb") as file:
                 file.write(content)
         except FileExistsError:
-            raise Stop(
-                ExitCode.BAD_CASE,
-                f"{path} is in the way (not written by a report). Move it away, or choose another --out.",
+            raise BadCase(
+                f"{path} is in the way (not written by a report). Move it away, or choose another --out."
             ) from None
         self._written.add(path)
         return path
@@ -106,9 +105,7 @@ def write_report(
         collected = [run for directory in directories for run in collect(directory, read_case)]
         name_apart(collected)
         if flow_view != flow.View() and not any((run.directory / "fields.h5").exists() for run in collected):
-            raise Stop(
-                ExitCode.BAD_CASE, "there is no flow to draw (no run recorded one). Set output.fields in the case."
-            )
+            raise BadCase("there is no flow to draw (no run recorded one). Set output.fields in the case.")
         folder, title = Path(out), f"Copepod: {_title(directories, collected)}"
         make_folder(folder)
         canvas = Canvas(folder, formats)
@@ -143,9 +140,8 @@ def opening_figures(
 
 
 def _damaged(names: str, problem: Exception) -> Stop:
-    return Stop(
-        ExitCode.STORAGE_FAILED,
-        f"{names} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). Run the case again.",
+    return StorageFailed(
+        f"{names} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). Run the case again."
     )
 
 

@@ -17,7 +17,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
 from copepod_report.view import scripts
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, Stop
 from copepod_watch.campaign import CampaignFollower, Draw
 from copepod_watch.follower import RunFollower, runs_in
 
@@ -60,7 +60,7 @@ class WatchServer(ThreadingHTTPServer):
             super().__init__((_LOOPBACK, port), _Handler)
         except (OSError, OverflowError) as problem:
             reason = getattr(problem, "strerror", None) or problem
-            raise Stop(ExitCode.BAD_CASE, f"port {port} cannot be used ({reason}). Choose another --port.") from None
+            raise BadCase(f"port {port} cannot be used ({reason}). Choose another --port.") from None
 
     @property
     def address(self) -> str:
