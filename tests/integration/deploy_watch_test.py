@@ -121,6 +121,14 @@ class WatchOfThreeHosts(unittest.TestCase):
         self.assertLess(time.monotonic() - start, 5.0)
         self.assertEqual((failure.code, failure.host, failure.rank), (69, "b", "3"))
 
+    def test_trouble_after_a_report_happened_at_the_reported_step(self):
+        self.emit(event="failure", code=69, component="fluid", host="b", rank=0, step=700, reason="is silent.")
+        report = self.watch._take
+        frozen = lost("fluid", "b", "3", "frozen.")
+        self.watch._take = lambda event: (report(event), setattr(self.launcher, "trouble", frozen))
+        failure = self.watch.wait().failure
+        self.assertEqual((failure.rank, failure.step), ("3", 700))
+
     def test_a_component_that_freezes_after_the_last_step_is_lost_after_that_step(self):
         self.emit(event="progress", step=2000, steps=2000, steps_per_s=1.0, remaining_s=0.0)
         self.emit(event="finished", summary="summary.json")

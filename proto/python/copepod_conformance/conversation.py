@@ -13,9 +13,10 @@ import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from copepod_component.errors import Refused
-from copepod_component.messages import Damaged, from_frame, message_name, to_frame, with_checksum
+from copepod_component.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Damaged, Envelope
+from copepod_component.messages import from_frame, handshake, message_name, to_frame, with_checksum
 from copepod_conformance.component_process import ComponentProcess
-from copepod_conformance.protocol import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, content, handshake, part
+from copepod_conformance.protocol import content, part
 from copepod_conformance.verdicts import Silence, Violation
 
 DATA, CONTROL = "data", "control"

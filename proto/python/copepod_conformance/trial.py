@@ -2,9 +2,10 @@
 
 import time
 
+from copepod_component.messages import Envelope, message_name
 from copepod_conformance import protocol
 from copepod_conformance.conversation import CONTROL, DATA, Conversation
-from copepod_conformance.protocol import Envelope, content, describe, part
+from copepod_conformance.protocol import content, describe, part
 from copepod_conformance.verdicts import NotApplicable, Violation
 
 _REFUSED = 65
@@ -78,7 +79,7 @@ class Trial(Conversation):
 
         The `remark` follows the message in reports.
         """
-        name = protocol.message_name(message)
+        name = message_name(message)
         if "sequence" not in changes:
             self.sequence += 1
             if name == self.step_name:

@@ -127,9 +127,7 @@ def _trace(options):
     if figures:
         print(overlap.text(figures))
     if options.picture:
-        from copepod_recording import picture
-
-        picture.draw(shown, options.picture)
+        trace.draw(shown, options.picture)
         print(options.picture)
     _print_endings(processes)
 

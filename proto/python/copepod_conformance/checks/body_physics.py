@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from copepod_component.messages import setup
 from copepod_conformance.cases import (
     FORCE_N,
     INERTIA_KG_M2,
@@ -15,7 +16,6 @@ from copepod_conformance.cases import (
     add_actuator,
 )
 from copepod_conformance.checks.body_motion import STEPS, motions_of, move, expect
-from copepod_conformance.protocol import setup
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
 
 _NEWTON = Rule(

@@ -8,9 +8,10 @@ from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.internal.encoder import _VarintBytes as varint
 from google.protobuf.message import Message
 
+from copepod_component.messages import Envelope, message_name
 from copepod_conformance.cases import add_actuator
 from copepod_conformance.conversation import CONTROL
-from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name
+from copepod_conformance.protocol import SETUP, STEP, content
 from copepod_conformance.verdicts import Check, Rule
 
 _SHAPE = Rule("Limits", "arrays whose lengths do not fit the number of bodies are refused with code 65")
