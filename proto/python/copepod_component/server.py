@@ -39,9 +39,7 @@ class Server:
         try:
             self._shake_hands(connect_deadline_s)
             while not self._session.has_ended():
-                data = self._receive(1.0)
-                if data is not None:
-                    self._handle(data)
+                self._serve(1.0)
             if self._session.state == "done":
                 self._answer_repeated_finish()
             return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
@@ -70,9 +68,7 @@ class Server:
                     "coupler). Give --keys with the file of this role of this run."
                 )
             self._socket.send(self._hello)
-            data = self._receive(1.0)
-            if data is not None:
-                self._handle(data)
+            self._serve(1.0)
 
     def _answer_repeated_finish(self):
         """Finished may be lost, and the coupler ask again."""
@@ -81,15 +77,16 @@ class Server:
             if self._socket.poll(10):
                 self._handle(self._socket.recv())
 
-    def _receive(self, seconds):
+    def _serve(self, seconds):
+        """Handles the next message, if one comes in this time."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             if self._context.stop_code:
                 self._session.on_event("coupler lost")
-                return None
+                return
             if self._socket.poll(100):
-                return self._socket.recv()
-        return None
+                self._handle(self._socket.recv())
+                return
 
     def _handle(self, data):
         try:
