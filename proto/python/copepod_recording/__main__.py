@@ -87,7 +87,7 @@ def _wire(options):
 
 
 def _list(options):
-    from copepod_recording.listing import lines
+    from copepod_recording.reader import lines
 
     recording = _wire(options)
     for line in lines(recording):
@@ -96,7 +96,7 @@ def _list(options):
 
 
 def _count(options):
-    from copepod_recording.listing import counts
+    from copepod_recording.reader import counts
 
     recording = _wire(options)
     rows = counts(recording)
