@@ -16,7 +16,7 @@ from copepod_campaign.sweep import members_of
 from copepod_run import build
 from copepod_run.checkout import called_as
 from copepod_run.destinations import make_folder
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.plan import Plan, request_campaign
 from copepod_run.run_directory import RunDirectory, folder_name
 from copepod_run.signals import SignalRecorder
@@ -45,7 +45,7 @@ def run_sweep(options: Namespace, plan: Plan) -> int:
     item = item_of_sweep(options, plan)
     for name, reason in _NOT_FOR_SWEEPS.items():
         if getattr(options, name) not in (False, 0, None):
-            raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps ({reason}). Leave it out.")
+            raise BadCase(f"--{name} is not for sweeps ({reason}). Leave it out.")
     options.rerun_other_builds = False
     command = f"run {options.case}{_settings_text(options)}"
     return run_items(plan.name, [item], None, options, lambda out: f"{command} --out {out}")
@@ -55,7 +55,7 @@ def item_of_sweep(options: Namespace, plan: Plan) -> dict[str, Any]:
     """A case with a sweep as the only item of a campaign."""
     for name in ("ranks", "fluid", "body"):
         if getattr(options, name) is not None:
-            raise Stop(ExitCode.BAD_CASE, f"--{name} is not for sweeps. Use --set services.… instead.")
+            raise BadCase(f"--{name} is not for sweeps. Use --set services.… instead.")
     return {"name": plan.name, "file": options.case, "set": options.set}
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_campaign.sweep import Member
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode
 from copepod_run.plan import resolved_case
 from copepod_run.run_directory import Lock, has_checkpoint, read_object, take_lock
 from copepod_run.messages import say
@@ -97,9 +97,7 @@ class Entry:
                 return
             say(f"{self.name}: waiting for an earlier run in this folder to end")
             if take_lock(descriptor, _ENDING_PATIENCE_S) is Lock.HELD:
-                raise Stop(
-                    ExitCode.BAD_CASE, f"{self.path} is in use (another copepod runs there). Wait for it to end."
-                )
+                raise BadCase(f"{self.path} is in use (another copepod runs there). Wait for it to end.")
         finally:
             os.close(descriptor)
 

@@ -1,20 +1,26 @@
 """`copepod completion` and `copepod man`: the command line for shells and for readers."""
 
 import argparse
+import json
 import os
 import shlex
 import subprocess
 import sys
 import tempfile
 from argparse import Namespace
+from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from copepod_run import packages
-from copepod_run.checkout import version
+from copepod_run.checkout import ROOT, version
 from copepod_run.destinations import make_folder
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode
 from copepod_run.messages import is_utf8
 
+_SCHEMA = ROOT / "configs" / "schema" / "case.schema.json"
+_WITH_A_PARSER = {"conformance": "copepod_conformance.__main__", "recording": "copepod_recording.__main__"}
 # Every example is a paragraph of its own in a manual page.
 _PROGRAM = """#!/bin/sh
 {python} -P -m copepod_command "$@" | sed 's/^  copepod .*/&\\n/'
@@ -32,13 +38,49 @@ def completion(options: Namespace) -> int:
     return ExitCode.FINISHED
 
 
+def answer(parser: argparse.ArgumentParser) -> None:
+    """Answers the shell that asks what completes a line: commands, options, files, keys of a case after --set."""
+    import argcomplete
+
+    commands = _commands(parser).choices
+    for name, module in _WITH_A_PARSER.items():
+        commands[name] = import_module(module).make_parser()
+    for action in (action for command in commands.values() for action in command._actions):
+        if "--set" in action.option_strings:
+            setattr(action, "completer", lambda prefix, **_: list(keys(prefix)))
+        elif action.dest == "page":
+            setattr(action, "completer", lambda **_: list(commands))
+    argcomplete.autocomplete(parser)
+
+
+def keys(prefix: str) -> Iterator[str]:
+    """Paths of the section that the text before the last dot names, «fluid.relaxation_time=»; items are 0, 1, …"""
+    section: dict[str, Any] = json.loads(_SCHEMA.read_text())
+    path, dot, _ = prefix.rpartition(".")
+    for name in path.split(".") if path else []:
+        items = _one_of(section, "items")
+        section = items if items and name.isdigit() else _one_of(section, "properties").get(name, {})
+    for name, schema in _one_of(section, "properties").items():
+        has_keys = bool(_one_of(schema, "properties") or _one_of(schema, "items").get("properties"))
+        may_be_a_word = any("enum" in each for each in schema.get("anyOf", ()))
+        yield f"{path}{dot}{name}{'.' if has_keys and not may_be_a_word else '='}"
+    if _one_of(section, "items"):
+        yield f"{path}{dot}0."
+
+
+def _one_of(schema: dict[str, Any], keyword: str) -> dict[str, Any]:
+    """What the schema, or the first of its alternatives that has any, has of a keyword."""
+    alternatives = (schema, *schema.get("anyOf", ()), *schema.get("oneOf", ()))
+    return next((each[keyword] for each in alternatives if keyword in each), {})
+
+
 def manual(options: Namespace) -> int:
     """Shows a page in the reader's pager, or writes all of them."""
     packages.require(("help2man", "man-db"), "they are needed for nothing else")
     summaries = _summaries()
     if options.page and options.page not in summaries:
         known = ", ".join(name for name in summaries if name)
-        raise Stop(ExitCode.BAD_CASE, f"there is no command «{options.page}». Choose one of: {known}.")
+        raise BadCase(f"there is no command «{options.page}». Choose one of: {known}.")
     if options.out:
         make_folder(Path(options.out))
         for name, summary in summaries.items():
@@ -56,9 +98,12 @@ def _summaries() -> dict[str, str]:
     """A line about the command, "", and about each of its commands."""
     from copepod_command.parser import make_parser
 
-    commands = next(action for action in make_parser()._actions if isinstance(action, argparse._SubParsersAction))
-    lines = {action.dest: action.help or "" for action in commands._choices_actions}
+    lines = {action.dest: action.help or "" for action in _commands(make_parser())._choices_actions}
     return {"": "couples fluids and rigid bodies", **lines}
+
+
+def _commands(parser: argparse.ArgumentParser) -> Any:
+    return next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
 
 
 def _page(name: str, summary: str) -> str:

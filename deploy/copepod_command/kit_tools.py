@@ -13,7 +13,7 @@ from copepod_run import build, components, packages
 from copepod_run.checkout import ROOT, python_path_of_components
 from copepod_run.cleanup import MARK
 from copepod_run.plan import plan_of
-from copepod_run.scratch import GuardedFolder, guarded_folder
+from copepod_run.scratch import Scratch, guarded_folder
 
 _CONFORMANCE = (sys.executable, "-P", "-m", "copepod_conformance")
 _RECORDING = (sys.executable, "-P", "-m", "copepod_recording")
@@ -54,9 +54,9 @@ def replay(options: Namespace) -> int:
         return _run_in(folder, command, options.ranks)
 
 
-def _run_in(folder: GuardedFolder, command: list[str], ranks: int) -> int:
-    environment = components.environment(folder.mark, folder.scratch, ranks)
-    kept = {"TMPDIR": str(folder.path), "PYTHONPATH": os.environ["PYTHONPATH"]}
+def _run_in(folder: Scratch, command: list[str], ranks: int) -> int:
+    environment = components.environment(folder, ranks)
+    kept = {"TMPDIR": str(folder.run_path), "PYTHONPATH": os.environ["PYTHONPATH"]}
     return subprocess.run(command, env={**environment, **kept}).returncode
 
 
@@ -78,12 +78,10 @@ def _component(options: Namespace, role: str) -> list[str]:
     if options.component:
         return list(options.component)
     plan = replace(plan_of(Path(options.directory) / "case.yaml"), fluid_ranks=options.ranks)
-    if role == "body":
-        return components.body_program(plan)
-    return components.with_ranks(plan, components.fluid_program(plan))
+    return components.with_ranks(plan, role, components.program_of(plan, role))
 
 
-def _run_with_recorded(options: Namespace, folder: GuardedFolder) -> int:
+def _run_with_recorded(options: Namespace, folder: Scratch) -> int:
     """Runs the recorded case with one component replaced by its recording; the run directory stays if the run fails."""
     role = options.stand_in
     recorded = ["env", f"PYTHONPATH={os.environ['PYTHONPATH']}", *_RECORDING, "component", *_selection(options, role)]
@@ -91,9 +89,9 @@ def _run_with_recorded(options: Namespace, folder: GuardedFolder) -> int:
     if code != 0:
         return code
     command = [sys.executable, "-P", "-m", "copepod_command", "run", str(Path(options.directory) / "case.yaml")]
-    command += ["--out", options.out or f"{folder.path}/run"]
+    command += ["--out", options.out or f"{folder.run_path}/run"]
     command += ["--set", "output.wire=false", "--set", "output.trace=false"]
     command += [f"--{role}", shlex.join(recorded)] + (["--ranks", "1"] if role == "fluid" else [])
     code = subprocess.run(command, env={**os.environ, MARK: folder.mark}).returncode
-    folder.is_kept = code != 0 and not options.out and (folder.path / "run").exists()
+    folder.is_kept = code != 0 and not options.out and (folder.run_path / "run").exists()
     return code

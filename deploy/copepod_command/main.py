@@ -83,7 +83,7 @@ def parse(arguments: Sequence[str]) -> argparse.Namespace:
     behind_dashes = arguments[place + 1 :]
     parser = make_parser()
     if "_ARGCOMPLETE" in os.environ:
-        importlib.import_module("copepod_command.completion").answer(parser)
+        importlib.import_module("copepod_command.documentation").answer(parser)
     options = parser.parse_args(arguments[:place])
     if behind_dashes and options.command not in _TAKES_MORE:
         parser.error(f"{options.command} takes nothing after --")

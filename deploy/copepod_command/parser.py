@@ -137,7 +137,7 @@ def _add_check(commands: _Commands) -> None:
         help="ask the components that the case names what they can do and need, which starts their commands",
     )
     _add_output(parser, "figures, estimates, warnings and problems")
-    parser.set_defaults(action="copepod_command.check:check")
+    parser.set_defaults(action="copepod_command.actions:check")
 
 
 def _add_campaign(commands: _Commands) -> None:
@@ -262,7 +262,7 @@ def _add_report(commands: _Commands) -> None:
         metavar="NAME",
         help="subtract the velocity of this swimmer or body (default: the laboratory frame)",
     )
-    parser.set_defaults(action="copepod_command.report:report")
+    parser.set_defaults(action="copepod_command.actions:report")
 
 
 def _add_watch(commands: _Commands) -> None:
@@ -276,7 +276,7 @@ def _add_watch(commands: _Commands) -> None:
     )
     parser.add_argument("directory", metavar="DIR", help="run directory, or folder of a campaign")
     parser.add_argument("--port", type=argument_types.port, default=0, metavar="N", help="port (default: a free one)")
-    parser.set_defaults(action="copepod_command.watch:watch")
+    parser.set_defaults(action="copepod_command.actions:watch")
 
 
 def _add_validate(commands: _Commands) -> None:
@@ -300,7 +300,7 @@ def _add_validate(commands: _Commands) -> None:
     )
     parser.add_argument("--jobs", type=argument_types.integer, metavar="N", help="runs at once (default: one per core)")
     parser.add_argument("--out", metavar="FOLDER", help="where to write (default: docs/results of the checkout)")
-    parser.set_defaults(action="copepod_command.validate:validate", json=False)
+    parser.set_defaults(action="copepod_command.actions:validate", json=False)
 
 
 def _add_bench(commands: _Commands) -> None:
@@ -361,14 +361,14 @@ def _add_test(commands: _Commands) -> None:
         usage=f"{called_as()} test [-- CTEST ARGS]",
         description="Builds everything and runs ctest; arguments after -- are ctest's, for example: -- -L unit",
     )
-    parser.set_defaults(action="copepod_command.setup:test")
+    parser.set_defaults(action="copepod_command.actions:test")
 
 
 def _add_setup(commands: _Commands) -> None:
     parser = commands.add_parser("setup", help="install packages and build, nothing else")
     parser.add_argument("--ci", action="store_true", help="also the packages of .ci/run: clang-tidy, black, gcovr, …")
     parser.add_argument("--packages-only", action="store_true", help="do not build")
-    parser.set_defaults(action="copepod_command.setup:setup")
+    parser.set_defaults(action="copepod_command.actions:setup")
 
 
 def _add_completion(commands: _Commands) -> None:

@@ -6,14 +6,14 @@ from argparse import Namespace
 
 from copepod_campaign import campaign
 from copepod_run import build, components, estimate, run_directory
-from copepod_run.attempt import Attempt
+from copepod_run.attempt import attempt
 from copepod_run.checkout import called_as
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import result_table
 from copepod_run.messages import report, say
 from copepod_run.outcome import Failure
 from copepod_run.plan import Plan, case_arguments, check_beginning, request_plan
-from copepod_run.run_directory import RunDirectory
+from copepod_run.run_directory import RunDirectory, has_checkpoint, last_checkpoint_step
 
 _WORTH_A_RESTART = (ExitCode.COMPONENT_LOST, ExitCode.DEADLINE_PASSED)
 _SIGNALS = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}
@@ -27,7 +27,7 @@ def run(options: Namespace) -> int:
         return campaign.run_sweep(options, plan)
     plan = components.settled(plan, options)
     for problem in components.problems_of_components(plan, only_replaced=True):
-        raise Stop(ExitCode.BAD_CASE, problem)
+        raise BadCase(problem)
     found = [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]
     for warning in [*found, *estimate.disk_warnings(plan.estimate["disk_bytes"], options.out or "runs")]:
         say(warning)
@@ -50,14 +50,13 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
     """One attempt, and up to --restarts more as long as a component is lost."""
     resume = options.resume
     for left in range(options.restarts, -1, -1):
-        start = directory.last_step_on_disk() if resume else -1
-        ending = Attempt(options, plan, directory, resume).run()
+        start = last_checkpoint_step(directory.path) if resume else -1
+        ending = attempt(options, plan, directory, resume)
         if ending.summary:
             summary = directory.summary()
             if summary is None:
-                raise Stop(
-                    ExitCode.STORAGE_FAILED,
-                    f"{ending.summary} cannot be read (is the disk full?). Free some space and run again.",
+                raise StorageFailed(
+                    f"{ending.summary} cannot be read (is the disk full?). Free some space and run again."
                 )
             estimate.remember(plan, summary)
             shown = {"directory": directory.shown, **summary} if options.json else None
@@ -69,7 +68,7 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
         failure = ending.failure
         if left == 0 or failure.code not in _WORTH_A_RESTART:
             raise Stop(failure.code, f"{failure.sentence()}{_advice(failure, start, options, directory)}")
-        resume = directory.has_checkpoint()
+        resume = has_checkpoint(directory.path)
         say(failure.sentence())
         say(f"starting again {'from the last checkpoint' if resume else 'from the beginning'}, {left} restart(s) left")
     raise AssertionError("the last attempt returns or raises")
@@ -86,7 +85,7 @@ def _advice(failure: Failure, start: int, options: Namespace, directory: RunDire
 
 
 def _way_to_continue(options: Namespace, directory: RunDirectory) -> str:
-    if not directory.has_checkpoint():
+    if not has_checkpoint(directory.path):
         return "There is no checkpoint: run again from the start."
     case, *changes = case_arguments(options)
     command = [called_as(), "run", case, "--out", directory.shown, *changes, "--resume"]

@@ -13,7 +13,7 @@ from copepod_report.fields import MEAN, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, rotated
 from copepod_report.scene import surfaces_of
 from copepod_report.style import FLOW, LIGHT, WIDTH_INCHES, colour_bar, new_figure
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, Stop
 from copepod_run.figures import prefix_of, quantity_text
 
 _AXES = "xyz"
@@ -117,7 +117,7 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
 
 
 def _unusable(option: str, run: RunRecord, reason: str, advice: str) -> Stop:
-    return Stop(ExitCode.BAD_CASE, f"{option} does not suit {run.name} ({reason}). {advice}.")
+    return BadCase(f"{option} does not suit {run.name} ({reason}). {advice}.")
 
 
 def _time_of(run: RunRecord, view: View, snapshots: list[int], has_mean: bool) -> str | int | None:

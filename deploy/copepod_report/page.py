@@ -15,7 +15,7 @@ from copepod_report.run_record import RunRecord, RunResult
 from copepod_report.style import picture_of, svg_of
 from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text, percent_text
 from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_rows
 
@@ -100,8 +100,7 @@ class Canvas:
             with open(path, "xb") as file:
                 file.write(content)
         except FileExistsError:
-            raise Stop(
-                ExitCode.BAD_CASE,
+            raise BadCase(
                 f"{path} is in the way (not written by a report). Move it away, or choose another --out.",
             ) from None
         self._written.add(path)

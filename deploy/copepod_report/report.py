@@ -15,7 +15,7 @@ from copepod_report.swarm import Swarm
 from copepod_report.sweeps import Choice, axes_of
 from copepod_run import packages
 from copepod_run.destinations import make_folder
-from copepod_run.errors import BY_SIGNAL, ExitCode, Stop
+from copepod_run.errors import BY_SIGNAL, BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import MOST_TABLES, quantity_text
 from copepod_run.names import distinct_words
 
@@ -43,9 +43,7 @@ def write_report(
         collected = [run for directory in directories for run in collect(directory, read_case)]
         name_apart(collected)
         if flow_view != flow.View() and not any((run.directory / "fields.h5").exists() for run in collected):
-            raise Stop(
-                ExitCode.BAD_CASE, "there is no flow to draw (no run recorded one). Set output.fields in the case."
-            )
+            raise BadCase("there is no flow to draw (no run recorded one). Set output.fields in the case.")
         folder, title = Path(out), f"Copepod: {_title(directories, collected)}"
         make_folder(folder)
         canvas = Canvas(folder, formats)
@@ -80,8 +78,7 @@ def opening_figures(runs: Sequence[RunResult], canvas: Canvas, choice: Choice = 
 
 
 def _damaged(names: str, problem: Exception) -> Stop:
-    return Stop(
-        ExitCode.STORAGE_FAILED,
+    return StorageFailed(
         f"{names} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). Run the case again.",
     )
 
@@ -172,8 +169,7 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
     packages.require(("ffmpeg",), "a film needs it, nothing else does")
     steps, _ = read_file(run.directory / "fields.h5", times_in)
     if len(steps) < 2:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"{run.name} cannot be filmed (a film needs two snapshots of the flow, the run recorded {len(steps)}). "
             "Set output.fields.every_steps in the case.",
         )

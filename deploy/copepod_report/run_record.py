@@ -15,7 +15,7 @@ from copepod_report.cycles import Cycles, kinematics_so_far, read_cycles
 from copepod_report.run_status import RunStatus, state_of, status_of
 from copepod_report.scene import BEADS, Body, bead_names, bodies_of
 from copepod_report.trajectory import Trajectory, trajectory_in
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, StorageFailed
 from copepod_run.figures import at, measured, quantity_text
 
 ReadCase = Callable[[Path], dict[str, Any]]  # from the path of a case file to the resolved case
@@ -61,7 +61,7 @@ class RunRecord(RunResult):
         needed = ("case.yaml", "summary.json", trajectory.name) if state[0] == "finished" else ("case.yaml",)
         for name in needed:
             if not (self.directory / name).is_file():
-                raise Stop(ExitCode.BAD_CASE, f"{directory} has no {name} (it is not a run). Give run directories.")
+                raise BadCase(f"{directory} has no {name} (it is not a run). Give run directories.")
         if state[0] == "finished":
             self.summary = read_file(self.directory / "summary.json", _read_summary)
         self.case = read_case(self.directory / "case.yaml")
@@ -179,9 +179,7 @@ def read_file(path: Path, reader: Callable[[Path], _Content]) -> _Content:
             raise ValueError("it is not a file")
         return reader(path)
     except (OSError, *DAMAGE) as problem:
-        raise Stop(
-            ExitCode.STORAGE_FAILED, f"{path} cannot be read (cut off or damaged: {problem}). Run the case again."
-        ) from None
+        raise StorageFailed(f"{path} cannot be read (cut off or damaged: {problem}). Run the case again.") from None
 
 
 def _read_summary(path: Path) -> Any:

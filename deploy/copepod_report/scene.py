@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from copepod_report.trajectory import chosen_samples
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.figures import prefix_of
 
 MOST_FRAMES = 1000
@@ -82,7 +82,7 @@ def scene_of(
     places = _places_of(case)
     unknown = next((body for body in samples.bodies if body not in numbers), None)
     if unknown is not None:
-        raise Stop(ExitCode.BAD_CASE, f"{name} moves a body {unknown} (its case.yaml lacks it). Run the case again.")
+        raise BadCase(f"{name} moves a body {unknown} (its case.yaml lacks it). Run the case again.")
     power, prefix = prefix_of(max((surface.reach_m for surface in surfaces), default=1e-6), -9)
     metres = 10.0**power
     number = {body: index for index, body in enumerate(samples.bodies)}

@@ -15,7 +15,7 @@ from matplotlib.ticker import Formatter, NullLocator
 from copepod_report.run_record import RunResult
 from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, WIDTH_INCHES
 from copepod_report.style import colour_bar, legend_above, new_figure
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, number_text, prefix_of, swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
@@ -142,9 +142,7 @@ def sweeps_of(runs: Sequence[RunResult], choice: Choice = Choice()) -> list[Swee
     for option, wanted, items in (("--x", choice.x, all_axes), ("--y", choice.y, all_results)):
         if wanted and not any(item.is_called(wanted) for item in items):
             names = ", ".join(dict.fromkeys(item.key for item in items))
-            raise Stop(
-                ExitCode.BAD_CASE, f"{option} {wanted} does not vary in these runs. What does: {names or 'nothing'}."
-            )
+            raise BadCase(f"{option} {wanted} does not vary in these runs. What does: {names or 'nothing'}.")
     for sweep in found:
         sweep.axes.sort(key=lambda axis: (not axis.is_called(choice.x), bool(axis.words), -len(axis.values())))
         sweep.results.sort(key=lambda result: not result.is_called(choice.y))

@@ -16,7 +16,7 @@ from typing import IO
 
 from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.messages import Stage, elapsed_text, say
 from copepod_run.run_directory import Lock, take_lock
 
@@ -59,10 +59,9 @@ def ensure_targets(targets: Sequence[str]) -> None:
         return
     packages.ensure()
     if not shutil.which("ninja") or not shutil.which("cmake"):
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             "cmake and ninja are not in PATH (not a Debian machine?). Install them, g++ 12 "
-            "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN),
+            "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN)
         )
     if _is_up_to_date(targets):
         return
@@ -86,10 +85,9 @@ def _only_its_owner_builds() -> bool:
         return False
     if all(program(name).exists() for name in PROGRAMS):
         return True
-    raise Stop(
-        ExitCode.BAD_CASE,
+    raise BadCase(
         f"{folder} belongs to another user and holds no complete build (you may not write there). "
-        f"Ask its owner to run: {ROOT}/deploy/copepod setup",
+        f"Ask its owner to run: {ROOT}/deploy/copepod setup"
     )
 
 

@@ -6,7 +6,6 @@ import json
 import os
 import shlex
 import shutil
-import socket
 import subprocess
 from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,11 +16,12 @@ from typing import Any
 from copepod_run import hosts
 from copepod_run.cleanup import MARK
 from copepod_run.checkout import build_digest, program, python_path_of_components
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.plan import COUPLER_SILENCE_S, Plan, case_arguments
 from copepod_run.scratch import Scratch
 
 IN_PROCESS = "in_process"  # services.transport of a run without services
+ROLES = ("fluid", "body")
 SESSION = "COPEPOD_SESSION"  # variable with the token of the run
 
 _BODY_SERVICES = {
@@ -72,36 +72,22 @@ def branch_arguments(options: Namespace) -> list[str]:
     return ["--branch-from", str(Path(options.branch_from).absolute())]
 
 
-def fluid_command(plan: Plan, connection: Connection) -> list[str]:
-    return with_ranks(
-        plan, fluid_program(plan) + connection.arguments("fluid", not plan.fluid_command) + _patience(plan)
-    )
+def component_command(plan: Plan, role: str, connection: Connection) -> list[str]:
+    command = program_of(plan, role) + connection.arguments(role, not plan.command_of(role))
+    if plan.silence_s > COUPLER_SILENCE_S:  # a component waits longer for the coupler than the coupler does for it
+        command += ["--orphan-after", f"{plan.silence_s + _ORPHAN_AFTER_S - COUPLER_SILENCE_S:g}"]
+    return with_ranks(plan, role, command)
 
 
-def body_command(plan: Plan, connection: Connection) -> list[str]:
-    return body_program(plan) + connection.arguments("body", not plan.body_command) + _patience(plan)
+def program_of(plan: Plan, role: str) -> list[str]:
+    """Our service, of bodies that of the chosen solver, or the command that replaces it."""
+    service = "fluid_service" if role == "fluid" else _BODY_SERVICES[plan.body_solver]
+    return plan.command_of(role) or [str(program(service))]
 
 
-def _patience(plan: Plan) -> list[str]:
-    """For the coupler: a component waits longer than the coupler does for it."""
-    if plan.silence_s <= COUPLER_SILENCE_S:
-        return []
-    return ["--orphan-after", f"{plan.silence_s + _ORPHAN_AFTER_S - COUPLER_SILENCE_S:g}"]
-
-
-def fluid_program(plan: Plan) -> list[str]:
-    """Our fluid service, or the command that replaces it."""
-    return plan.fluid_command or [str(program("fluid_service"))]
-
-
-def body_program(plan: Plan) -> list[str]:
-    """The body service of the chosen solver, or the command that replaces it."""
-    return plan.body_command or [str(program(_BODY_SERVICES[plan.body_solver]))]
-
-
-def with_ranks(plan: Plan, command: list[str]) -> list[str]:
-    """The command of a fluid, behind mpirun where that is needed."""
-    if not _needs_mpirun(plan):
+def with_ranks(plan: Plan, role: str, command: list[str]) -> list[str]:
+    """The command of a component, that of a fluid behind mpirun where that is needed."""
+    if role != "fluid" or not _needs_mpirun(plan):
         return command
     return [mpirun(), "-n", str(plan.fluid_ranks), *([] if hosts.others(plan) else ["--oversubscribe"]), *command]
 
@@ -135,10 +121,9 @@ def settled(plan: Plan, options: Namespace) -> Plan:
             return replace(plan, fluid_ranks=1)
     cores = len(os.sched_getaffinity(0))
     if _needs_mpirun(plan) and not hosts.others(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"{plan.fluid_ranks} fluid ranks are too many (each is a process, and this machine has {cores} core(s)). "
-            f"Use --ranks {cores}, or start ranks on several machines yourself: --fluid 'mpirun …'.",
+            f"Use --ranks {cores}, or start ranks on several machines yourself: --fluid 'mpirun …'."
         )
     return plan
 
@@ -149,39 +134,28 @@ def _require_address(transport: str) -> None:
         return
     host = transport.removeprefix("tcp://").rpartition(":")[0].strip("[]")
     try:
-        family, _, _, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
-        with socket.socket(family, socket.SOCK_STREAM) as listener:
-            listener.bind(address)
+        hosts.bind_to(host)
     except OSError as problem:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"the coupler cannot listen on {transport} ({host}: {problem.strerror}). Give services.transport "
-            "an address or a name of this machine.",
+            "an address or a name of this machine."
         ) from None
 
 
 def _require_programs(plan: Plan) -> None:
     solver, service = plan.body_solver, _BODY_SERVICES[plan.body_solver]
     is_engine = service != _BODY_SERVICES["own"]
-    if plan.body_command is None and is_engine and not Path(body_program(plan)[0]).exists():
-        raise Stop(
-            ExitCode.BAD_CASE,
+    if plan.body_command is None and is_engine and not Path(program_of(plan, "body")[0]).exists():
+        raise BadCase(
             f"body.solver is {solver} (this build has no {service}: the library was missing when it was "
-            f"configured). Install lib{solver}-dev, remove the build folder, and run again.",
+            f"configured). Install lib{solver}-dev, remove the build folder, and run again."
         )
-    for role, command in (("fluid", plan.fluid_command), ("body", plan.body_command)):
-        if command is not None:
-            require_program(role, command)
-
-
-def require_program(role: str, command: Sequence[str]) -> None:
-    """Raises Stop(2) if the first word of a component's command is not a program."""
-    if shutil.which(command[0]) is None:
-        raise Stop(
-            ExitCode.BAD_CASE,
-            f"the {role} component {shlex.join(command)} cannot be started (no such program). "
-            "Give its path, or put it in PATH.",
-        )
+    for role in ROLES:
+        if (command := plan.command_of(role)) and shutil.which(command[0]) is None:
+            raise BadCase(
+                f"the {role} component {shlex.join(command)} cannot be started (no such program). "
+                "Give its path, or put it in PATH."
+            )
 
 
 def announces(command: Sequence[str], feature: str) -> bool:
@@ -219,9 +193,7 @@ def ask(command: tuple[str, ...]) -> Answer:
     try:
         read, _, errors = run_to_answer([*command, "--capabilities"], _ANSWER_WITHIN_S)
     except OSError as problem:
-        raise Stop(
-            ExitCode.BAD_CASE, f"a component cannot be started ({problem}). Check this command: {shlex.join(command)}"
-        ) from None
+        raise BadCase(f"a component cannot be started ({problem}). Check this command: {shlex.join(command)}") from None
     except subprocess.TimeoutExpired:
         return Answer(problem=f"it does not answer --capabilities within {_ANSWER_WITHIN_S} s")
     if isinstance(read, dict):
@@ -233,24 +205,19 @@ def ask(command: tuple[str, ...]) -> Answer:
 
 def problems_of_components(plan: Plan, only_replaced: bool = False) -> list[str]:
     """What keeps the two components from taking part in the run; `only_replaced`: without our own services."""
-    roles = (("fluid", plan.fluid_command, fluid_program(plan)), ("body", plan.body_command, body_program(plan)))
     return [
         problem
-        for role, replacement, command in roles
-        if (replacement or not only_replaced) and role not in plan.unasked
-        for problem in _problems_of(role, replacement is None, command, plan.requires[role])
+        for role in ROLES
+        if (plan.command_of(role) or not only_replaced) and role not in plan.unasked
+        for problem in _problems_of(plan, role)
     ]
 
 
-def _problems_of(
-    role: str, is_ours: bool, command: Sequence[str], required: Mapping[str, Sequence[str]]
-) -> Iterator[str]:
-    """The component does not answer, has another role, or can do less than the case needs.
-
-    `required`: each feature with the announcements of which one is enough.
-    """
-    if is_ours and not Path(command[0]).exists():  # a folder of programs for runs in one process need not hold it
-        return
+def _problems_of(plan: Plan, role: str) -> Iterator[str]:
+    """The component does not answer, has another role, or can do less than the case needs."""
+    command = program_of(plan, role)
+    if not plan.command_of(role) and not Path(command[0]).exists():
+        return  # a folder of programs for runs in one process need not hold it
     answer = ask(tuple(command))
     if answer.problem:
         yield (
@@ -262,7 +229,7 @@ def _problems_of(
     if answer.role not in (role, ""):
         yield f"{name} cannot be used as {role} component (it is a {answer.role} component). Use --{answer.role}."
         return
-    for feature, accepted in required.items():
+    for feature, accepted in plan.requires[role].items():
         if not set(accepted) & set(features):
             misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
             yield (
@@ -272,7 +239,7 @@ def _problems_of(
             )
 
 
-def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
+def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
     """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
         **_AS_ROOT,
@@ -287,7 +254,7 @@ def environment(mark: str, scratch: Scratch, ranks: int) -> dict[str, str]:
         # Cores are shared with the coupler and the bodies: ranks must neither be bound to one core nor spin there.
         settings["OMPI_MCA_hwloc_base_binding_policy"] = "none"
         settings["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    return {**settings, **_own_environment(), MARK: mark}
+    return {**settings, **_own_environment(), MARK: scratch.mark}
 
 
 def environment_to_ask() -> dict[str, str]:

@@ -4,7 +4,7 @@ import errno
 import os
 from pathlib import Path
 
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import StorageFailed
 
 
 def require_file(file: str | Path | None, option: str) -> None:
@@ -24,7 +24,7 @@ def require_file(file: str | Path | None, option: str) -> None:
     except OSError as refusal:  # a name that is too long
         problem = refusal.strerror
     if problem:
-        raise Stop(ExitCode.STORAGE_FAILED, f"{path} cannot be written ({problem}). Choose another {option}.")
+        raise StorageFailed(f"{path} cannot be written ({problem}). Choose another {option}.")
 
 
 def make_folder(path: Path, exist_ok: bool = True) -> None:
@@ -34,9 +34,7 @@ def make_folder(path: Path, exist_ok: bool = True) -> None:
     except OSError as problem:
         if isinstance(problem, FileExistsError) and not exist_ok:
             raise
-        raise Stop(
-            ExitCode.STORAGE_FAILED, f"{path} cannot be made ({problem.strerror}). Choose another --out."
-        ) from None
+        raise StorageFailed(f"{path} cannot be made ({problem.strerror}). Choose another --out.") from None
 
 
 def advice(problem: OSError) -> str:

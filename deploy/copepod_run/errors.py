@@ -1,4 +1,4 @@
-"""Exit codes of every Copepod process, and the one exception that ends the command with a message of ours."""
+"""Exit codes of every Copepod process, and the exceptions that end the command with a message of ours."""
 
 import enum
 
@@ -37,3 +37,17 @@ class Stop(Exception):
         if self.code in BY_SIGNAL:
             raise self
         return self.errors + self.message
+
+
+class BadCase(Stop):
+    """Stop(2)."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(ExitCode.BAD_CASE, message)
+
+
+class StorageFailed(Stop):
+    """Stop(73)."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(ExitCode.STORAGE_FAILED, message)

@@ -11,7 +11,7 @@ from typing import Any
 
 from copepod_run import components
 from copepod_run.checkout import BUILD, chosen_programs, program
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan
 
@@ -74,24 +74,22 @@ def memory_of(plan: Plan) -> list[Memory]:
     Raises Stop(2) with the component's sentence if it cannot handle the setup, its ranks for instance.
     """
     known = plan.estimate.get("memory_of", {})
-    services = [
-        ("fluid", components.fluid_program(plan), plan.fluid_ranks, plan.fluid_command is None),
-        ("body", components.body_program(plan), 1, plan.body_command is None),
-    ]
-    found = []
+    coupler = [Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else []
     if plan.transport == components.IN_PROCESS:  # the coupler's figure is the whole process but what ranks add
         command = [str(program("in_process_run")), "--estimate", "--ranks", str(plan.fluid_ranks)]
         ranks = _ask("fluid", command, bytes.fromhex(plan.setups["fluid"]), plan.fluid_ranks)
-        found, services = [ranks] if ranks.total else [], []
-    for role, command, processes, is_ours in services:
+        return ([ranks] if ranks.total else []) + coupler
+    found = []
+    for role in components.ROLES:
         if role in plan.unasked:
             continue
+        command, processes = components.program_of(plan, role), plan.fluid_ranks if role == "fluid" else 1
         # The services of this build estimate; asking them for their capabilities first would take longer than that.
-        estimates = (is_ours and not chosen_programs()) or components.announces(command, "estimate")
-        if estimates:
+        is_ours = not plan.command_of(role) and not chosen_programs()
+        if is_ours or components.announces(command, "estimate"):
             setup = bytes.fromhex(plan.setups[role])
             found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
-    return found + ([Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else [])
+    return found + coupler
 
 
 def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Memory:
@@ -100,15 +98,12 @@ def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Mem
         if code == 0:
             return Memory(role, processes, int(read["memory_bytes"]), str(read.get("problem", "")))
     except (OSError, ValueError, KeyError, TypeError, subprocess.TimeoutExpired) as problem:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"the {role} component announces estimates, but its answer cannot be read ({problem}). "
-            "See docs/protocol.md, Estimates.",
+            "See docs/protocol.md, Estimates."
         ) from None
     reasons = [line.removeprefix("error: ") for line in errors.splitlines() if line.startswith("error: ")]
-    raise Stop(
-        ExitCode.BAD_CASE, reasons[0] if reasons else f"the {role} component refuses the case (exit code {code})."
-    )
+    raise BadCase(reasons[0] if reasons else f"the {role} component refuses the case (exit code {code}).")
 
 
 def size_text(size_bytes: float) -> str:
@@ -123,19 +118,11 @@ def disk_text(parts: Mapping[str, int]) -> str:
     return f"{size_text(sum(parts.values()))} ({shown})"
 
 
-def _is_there(path: Path) -> bool:
-    """False, too, for a name that the system does not take."""
-    try:
-        return path.exists()
-    except OSError:
-        return False
-
-
 def disk_warnings(parts: Mapping[str, int], folder: str) -> list[str]:
     """If what is written does not fit where `folder` is or will be made."""
     needed = sum(parts.values())
     place = Path(folder).absolute()
-    while not _is_there(place):
+    while not os.path.exists(place):  # Path.exists fails for a name that the system does not take
         place = place.parent
     free = shutil.disk_usage(place).free
     if needed <= free:
@@ -181,11 +168,9 @@ def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
 def time_text(plan: Plan) -> str:
     """How long a run will take, as far as this machine has shown it."""
     time_s, source = time_of(plan)
-    return (
-        f"unknown: no {source} has finished on this machine yet"
-        if time_s is None
-        else (f"about {elapsed_text(time_s)}, {source}")
-    )
+    if time_s is None:
+        return f"unknown: no {source} has finished on this machine yet"
+    return f"about {elapsed_text(time_s)}, {source}"
 
 
 def time_of(plan: Plan) -> tuple[float | None, str]:
@@ -210,8 +195,7 @@ def time_of(plan: Plan) -> tuple[float | None, str]:
 
 
 def _solver_of(plan: Plan) -> str:
-    solver: str = plan.case.get("fluid", {}).get("solver", "other")
-    return solver
+    return str(plan.case.get("fluid", {}).get("solver", "other"))
 
 
 def _read_speeds() -> dict[str, dict[str, float]]:

@@ -12,20 +12,15 @@ from pathlib import Path
 
 from copepod_run import hosts
 from copepod_run.host_guard import STARTER
-from copepod_run.processes import end_with_parent
+from copepod_run.processes import start_child
 
 ORDER = "COPEPOD_HOSTS"
 
 
 def main(host: str, words: list[str]) -> int:
     order = json.loads(Path(os.environ[ORDER]).read_text())
-    parent = os.getpid()
-    process = subprocess.Popen(
-        hosts.connecting_command(host, hosts.guard_command(STARTER, order["mark"])),
-        stdin=subprocess.PIPE,
-        start_new_session=True,
-        preexec_fn=lambda: end_with_parent(parent, signal.SIGKILL),
-    )
+    command = hosts.connecting_command(host, hosts.guard_command(STARTER, order["mark"]))
+    process = start_child(command, signal.SIGKILL, stdin=subprocess.PIPE)
     assert process.stdin is not None
     try:
         process.stdin.write(json.dumps({**order, "host": host, "command": " ".join(words)}).encode() + b"\n")

@@ -31,7 +31,7 @@ from copepod_run.cleanup import (
     marked_processes,
     remove_folders,
 )
-from copepod_run.processes import ENDED, Looker, adopt_orphans, end_with_parent, state_of
+from copepod_run.processes import ENDED, Attention, Looker, adopt_orphans, reap_orphans, start_child, state_of
 
 GUARD = "COPEPOD_GUARD"  # in the environment of the guard that watches, with the mark of the run
 STARTER = "COPEPOD_STARTER"  # the same of the one that starts
@@ -39,7 +39,6 @@ _LOOK_EVERY_S = 0.5
 _SILENT_S = 1.5  # without a question; the shared disk may then show that the run is over
 _GRACE_S = 2.0  # the command decides first that a connection is lost
 _OTHER_STOPPED_FOR_S = 2.0
-_AWAY_S = 1.5  # between two looks: this guard was stopped itself (a suspended job or machine), and so was the command
 _FILE_APPEARS_WITHIN_S = 5.0  # network file systems show new files late
 _IN_READING = 1 << 16
 
@@ -113,7 +112,7 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     confirmed = time.monotonic()  # when the last answer was sent that has arrived
     asked = confirmed
     sent: dict[int, float] = {}
-    looked = confirmed
+    attention = Attention()
     sign = _Sign(order["sign"])
     starters: set[int] = set()
     is_over = False
@@ -127,11 +126,11 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
                 confirmed = max(confirmed, sent.get(question["received"], 0.0))
                 sent = {number: then for number, then in sent.items() if number > question["received"]}
                 sent[question["ping"]] = asked
-                _answer(pong=question["ping"], wrong=[asdict(wrong) for wrong in _wrong(order, looker)])
-        was_away = time.monotonic() - looked > _AWAY_S
-        looked = time.monotonic()
-        if was_away:
-            confirmed = looked
+                pids = [pid for name in (MARK, STARTER) for pid in marked_processes(f"{name}={order['mark']}")]
+                wrong = looker.wrong(pids, fluid_lives=True)  # unless mpirun has ended, too
+                _answer(pong=question["ping"], wrong=[asdict(each) for each in wrong])
+        if attention.was_away():  # and so was the command
+            confirmed = time.monotonic()
         if time.monotonic() - asked > _SILENT_S:
             sign.look()
         present = set(marked_processes(f"{STARTER}={order['mark']}"))
@@ -156,28 +155,21 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     if watcher is None:
         _report(host, "its guard has ended, and nothing is started without it.")
         return 1
-    parent = os.getpid()
-    process = subprocess.Popen(
-        ["/bin/sh", "-c", order["command"]],
-        env=_environment(order),
-        cwd=order["cwd"],
-        stdin=subprocess.DEVNULL,
-        start_new_session=True,
-        preexec_fn=lambda: end_with_parent(parent, signal.SIGKILL),
-    )
+    own = {name: value for name, value in os.environ.items() if name not in (GUARD, STARTER, "PYTHONPATH")}
+    environment = {**own, **order["environment"], MARK: mark, COMPONENT: order["component"]}
+    shell = ["/bin/sh", "-c", order["command"]]
+    process = start_child(shell, signal.SIGKILL, env=environment, cwd=order["cwd"], stdin=subprocess.DEVNULL)
     ended = os.pidfd_open(process.pid)
     stopped_since: float | None = None
-    looked = time.monotonic()
+    attention = Attention()
     while lines.is_open and process.poll() is None:
         for _ in lines.wait(_LOOK_EVERY_S, ended):
             pass
         state = state_of(watcher)
-        was_away = time.monotonic() - looked > _AWAY_S
-        looked = time.monotonic()
-        if state != "T":
+        if attention.was_away() or state != "T":
             stopped_since = None
-        elif stopped_since is None or was_away:
-            stopped_since = looked
+        if state == "T":
+            stopped_since = stopped_since or time.monotonic()
         is_frozen = stopped_since is not None and time.monotonic() - stopped_since > _OTHER_STOPPED_FOR_S
         if state in ENDED or is_frozen:
             how = "is stopped (SIGSTOP)" if is_frozen else "was killed"
@@ -243,22 +235,9 @@ def digest(program: str) -> str:
     return hashlib.sha256(Path(program).read_bytes()).hexdigest()[:16]
 
 
-def _wrong(order: dict[str, Any], looker: Looker) -> Iterator[Any]:
-    starters = marked_processes(f"{STARTER}={order['mark']}")
-    marked = marked_processes(f"{MARK}={order['mark']}")
-    yield from looker.wrong([*marked, *starters], fluid_lives=True)  # unless mpirun has ended, too
-
-
-def _environment(order: dict[str, Any]) -> dict[str, str]:
-    own = {name: value for name, value in os.environ.items() if name not in (GUARD, STARTER, "PYTHONPATH")}
-    return {**own, **order["environment"], MARK: order["mark"], COMPONENT: order["component"]}
-
-
 def _end_all(mark: str) -> int:
     left = end_marked(f"{MARK}={mark}")
-    with suppress(ChildProcessError):  # adopted orphans
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
+    reap_orphans()
     return left
 
 

@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.plan import Plan
 from copepod_run.processes import own_host
 
@@ -79,22 +79,22 @@ def require_first_here(plan: Plan) -> None:
     if not plan.hosts:
         return
     name = placement(plan)[0].name
-    if name.partition(".")[0] == own_host().partition(".")[0] or _is_address_of_ours(name):
+    if name.partition(".")[0] == own_host().partition(".")[0]:
         return
-    raise Stop(
-        ExitCode.BAD_CASE,
+    with suppress(OSError):
+        bind_to(name)
+        return
+    raise BadCase(
         f"the first of the hosts is {name}, but this is {own_host()} (coupler and bodies run where the command runs). "
-        f"Run it on {name}, or begin the list with {own_host()}:0.",
+        f"Run it on {name}, or begin the list with {own_host()}:0."
     )
 
 
-def _is_address_of_ours(name: str) -> bool:
-    with suppress(OSError):
-        address = socket.gethostbyname(name)
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind((address, 0))  # refused for an address of another host
-            return True
-    return False
+def bind_to(name: str) -> None:
+    """Raises OSError unless that is an address of this machine, or a name that has one: no other can be bound to."""
+    family, _, _, _, address = socket.getaddrinfo(name, 0, type=socket.SOCK_STREAM)[0]
+    with socket.socket(family, socket.SOCK_STREAM) as probe:
+        probe.bind(address)
 
 
 def connecting_command(host: str, command: Sequence[str]) -> list[str]:
@@ -168,8 +168,7 @@ def free_endpoint(address: str, host: str) -> str:
             listener.bind((address or own, 0))
             return f"tcp://{address or own}:{listener.getsockname()[1]}"
     except OSError as problem:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"host {host} cannot find this one ({problem}). "
-            "Give an address: --set services.transport=tcp://ADDRESS:PORT",
+            "Give an address: --set services.transport=tcp://ADDRESS:PORT"
         ) from None

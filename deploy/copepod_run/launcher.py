@@ -3,30 +3,21 @@
 import os
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from copepod_run import cleanup
 from copepod_run.cleanup import COMPONENT, MARK
-from copepod_run.processes import ENDED, Looker, Wrong, adopt_orphans, end_with_parent, family_of, own_host, state_of
+from copepod_run.outcome import Failure, lost
+from copepod_run.processes import ENDED, Attention, Looker, Wrong, adopt_orphans
+from copepod_run.processes import family_of, own_host, reap_orphans, start_child, state_of
+from copepod_run.scratch import Scratch
 
 LOOK_EVERY_S = 0.5  # how often look() is called
 _STOPPED_FOR_S = 1.4  # longer than by accident; with the looks and the clean-up it remains below three seconds
 _ENDED_FOR_S = 2.0  # mpirun had its time to report how a rank ended
-_AWAY_S = 1.5  # this command was stopped itself (Ctrl-Z, a suspended machine): the clocks start again
 _TAIL_BYTES = 8192
-
-
-@dataclass(frozen=True)
-class Trouble:
-    """A process that cannot continue, and why."""
-
-    component: str
-    host: str
-    rank: str
-    reason: str
 
 
 class Launcher:
@@ -38,17 +29,13 @@ class Launcher:
 
     ended_for_s = _ENDED_FOR_S  # how long a rank may have ended before mpirun has
 
-    def __init__(
-        self, mark: str, folders: Sequence[Path], locks: Sequence[int], clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        """`mark`: value of COPEPOD_RUN for all processes; `folders`: removed at the end; `locks`: the guard's, too."""
+    def __init__(self, scratch: Scratch, locks: Sequence[int]) -> None:
+        """`scratch`: with the value of COPEPOD_RUN for all processes; removed at the end; `locks`: the guard's, too."""
         adopt_orphans()
-        self._mark = mark
-        self._folders = folders
-        self._guard = cleanup.Guard(f"{MARK}={mark}", folders, locks)
+        self._scratch = scratch
+        self._guard = cleanup.Guard(f"{MARK}={scratch.mark}", scratch.folders, locks)
         self._processes: list["Process"] = []
-        self._clock = clock
-        self._last_look = clock()
+        self._attention = Attention()
         self._looker = Looker(own_host())
         self._since: dict[Wrong, float] = {}  # when that was seen first
 
@@ -59,25 +46,24 @@ class Launcher:
 
         Raises OSError if it cannot be started.
         """
-        variables = {**environment, MARK: self._mark, COMPONENT: name}
+        variables = {**environment, MARK: self._scratch.mark, COMPONENT: name}
         process = Process(name, command, variables, logs, events)
         self._processes.append(process)
         return process
 
-    def look(self) -> Trouble | None:
-        """What has been wrong for too long: a process stopped by a signal, or a rank that ended unnoticed by mpirun."""
-        now = self._clock()
-        was_away = now - self._last_look > _AWAY_S
-        self._last_look = now
+    def look(self) -> Failure | None:
+        """What cannot continue: a process stopped by a signal, or a rank whose end mpirun missed, for too long."""
+        now, was_away = time.monotonic(), self._attention.was_away()
         known = {} if was_away else self._since
         if was_away:
             self._forgive()
         self._since = {wrong: known.get(wrong, now) for wrong in self._wrong()}
         for wrong, since in self._since.items():
             if wrong.what == "stopped" and now - since >= _STOPPED_FOR_S:
-                return _stopped(wrong)
+                how = f"its process {wrong.pid} ({wrong.program}) is stopped (SIGSTOP, a terminal, or a debugger)."
+                return lost(wrong.component, wrong.host, wrong.rank, f"frozen: {how}")
             if wrong.what == "ended" and now - since >= self.ended_for_s:
-                return Trouble("fluid", wrong.host, wrong.rank, "it has ended, and mpirun did not notice.")
+                return lost("fluid", wrong.host, wrong.rank, "it has ended, and mpirun did not notice.")
         return None
 
     def has_ended_rank(self) -> bool:
@@ -86,15 +72,15 @@ class Launcher:
 
     def end_all(self) -> int:
         """Ends every process, with SIGTERM first; returns how many could not be ended."""
-        return cleanup.end_marked(f"{MARK}={self._mark}")
+        return cleanup.end_marked(f"{MARK}={self._scratch.mark}")
 
     def close(self) -> None:
         """Ends what is left and removes every temporary file."""
         self.end_all()
         for process in self._processes:
             process.collect()
-        _reap_orphans()
-        cleanup.remove_folders(self._folders)
+        reap_orphans()
+        cleanup.remove_folders(self._scratch.folders)
         self._guard.dismiss()
 
     def _forgive(self) -> None:
@@ -125,17 +111,9 @@ class Process:
             if path.is_symlink():  # in a run directory from elsewhere: what it leads to is not ours
                 path.unlink()
         self._starts = {path: path.stat().st_size if path.exists() else 0 for path in (self.output, self.log)}
-        parent = os.getpid()
         with open(self.output, "ab") as output:
-            self._popen = subprocess.Popen(
-                command,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output if events is None else events,
-                stderr=output,
-                start_new_session=True,
-                preexec_fn=lambda: end_with_parent(parent),
-            )
+            stdout = output if events is None else events
+            self._popen = start_child(command, env=environment, stdin=subprocess.DEVNULL, stdout=stdout, stderr=output)
         self.pid = self._popen.pid
         self.descriptor = os.pidfd_open(self.pid)  # becomes readable when the process ends
 
@@ -172,15 +150,3 @@ class Process:
                 return file.read().decode(errors="replace")
         except FileNotFoundError:
             return ""
-
-
-def _stopped(wrong: Wrong) -> Trouble:
-    reason = f"frozen: its process {wrong.pid} ({wrong.program}) is stopped (SIGSTOP, a terminal, or a debugger)."
-    return Trouble(wrong.component, wrong.host, wrong.rank, reason)
-
-
-def _reap_orphans() -> None:
-    """Collects adopted orphans that have ended, once our own processes have been waited for."""
-    with suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass

@@ -5,6 +5,7 @@ import resource
 import signal
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from copepod_run.errors import ExitCode
 from copepod_run.progress import Event
@@ -37,6 +38,11 @@ class Failure:
         return f"{name} on host {self.host}{rank}, {place}: {self.reason}{see}"
 
 
+def lost(component: str, host: str, rank: str, reason: str, step: int = -1, **more: Any) -> Failure:
+    """Of a component that has died, froze or cannot be reached."""
+    return Failure(ExitCode.COMPONENT_LOST, component, host, rank, step, reason, **more)
+
+
 @dataclass(frozen=True)
 class Exit:
     """End of a component's process; `output`, `log`: the ends of what it wrote on stdout and stderr, and to its log."""
@@ -62,23 +68,21 @@ _LOG_LINE = re.compile(r"^\S+ \S+ (?P<level>\w+) \[.*?\](?: \[step -?\d+\])? (?P
 
 def reported_by_mpirun(output: str, host: str) -> Exit | None:
     """Exit of the rank that ended the fluid, if mpirun has reported it."""
-    lost = _HOST_LOST.search(output)
-    words = re.sub(r"\s+", " ", output[: lost.start()] if lost else output)  # what follows is a consequence
+    news = _HOST_LOST.search(output)
+    words = re.sub(r"\s+", " ", output[: news.start()] if news else output)  # what follows is a consequence
     if killed := _RANK_KILLED.search(words):
         return Exit("fluid", signal=int(killed[3]), rank=killed[1], host=killed[2], output=output)
     if failed := _RANK_FAILED.search(words):
         return Exit("fluid", code=int(failed[2]), rank=failed[1], host=host, output=output)
-    return _host_lost_by_mpirun(lost, words, output, host)
-
-
-def _host_lost_by_mpirun(lost: re.Match[str] | None, words: str, output: str, host: str) -> Exit | None:
-    if lost:
-        return Exit("guard", 1, rank="", host=lost[1], output=output, reason=lost[2])
-    if daemon := _DAEMON_LOST.search(words):
-        return Exit("guard", 1, rank="", host=daemon[1], output=output, reason="mpirun lost the connection to it.")
-    if _AGENT_LOST in words:
-        return Exit("guard", 1, rank="", host=host, output=output, reason="mpirun lost the connection to a host.")
-    return None
+    if news:
+        host, reason = news.groups()
+    elif daemon := _DAEMON_LOST.search(words):
+        host, reason = daemon[1], "mpirun lost the connection to it."
+    elif _AGENT_LOST in words:
+        reason = "mpirun lost the connection to a host."
+    else:
+        return None
+    return Exit("guard", 1, rank="", host=host, output=output, reason=reason)
 
 
 def describe_exit(
@@ -124,7 +128,7 @@ def judge(reported: Failure | None, exits: Sequence[Exit], last_step: int, host:
         failure = _of_exit(exits[0], -1, host)
     else:
         reason = "closed its output without reporting an error (a defect). See its log, and report it."
-        failure = Failure(ExitCode.COMPONENT_LOST, "coupler", host, "0", -1, reason)
+        failure = lost("coupler", host, "0", reason)
     return failure if failure.step >= 0 else replace(failure, step=last_step, is_after_step=True)
 
 
@@ -148,9 +152,7 @@ def _is_consequence(killed: Exit, exits: Sequence[Exit]) -> bool:
 
 def _of_killed(exit: Exit, step: int) -> Failure:
     if exit.reason:
-        return Failure(
-            ExitCode.COMPONENT_LOST, exit.component, exit.host, exit.rank, step, exit.reason, was_killed=True
-        )
+        return lost(exit.component, exit.host, exit.rank, exit.reason, step, was_killed=True)
     name = signal.Signals(exit.signal).name if exit.signal in set(signal.Signals) else "unknown"
     is_defect = exit.signal in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
     cause = "a defect in the program" if is_defect else "sent by a user or another program"
@@ -161,14 +163,14 @@ def _of_killed(exit: Exit, step: int) -> Failure:
         cause = "sent by a user, or by the system for lack of memory"
     reason = f"killed by signal {exit.signal}, {name} ({cause})."
     log = exit.log_file if is_defect else ""
-    return Failure(ExitCode.COMPONENT_LOST, exit.component, exit.host, exit.rank, step, reason, log, not is_defect)
+    return lost(exit.component, exit.host, exit.rank, reason, step, log=log, was_killed=not is_defect)
 
 
 def _of_exit(exit: Exit, step: int, host: str) -> Failure:
     """Failure known by an exit code alone."""
     if exit.code == ExitCode.COMPONENT_LOST and exit.component != "coupler":
         reason = f"it no longer answers (reported by the {COMPONENTS[exit.component]}, which stopped waiting for it)."
-        return Failure(exit.code, "coupler", host, "0", step, reason)
+        return lost("coupler", host, "0", reason, step)
     code = exit.code if exit.code in _CODES_OF_COMPONENTS else ExitCode.COMPONENT_LOST
     when = " before the run ended" if exit.code == 0 else ""
     last_line = _last_line(exit.output, exit.log)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from copepod_run.checkout import BUILD
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.messages import Stage
 
 BUILD_AND_RUN = (
@@ -110,10 +110,9 @@ def require(names: Sequence[str], reason: str) -> None:
     """Raises Stop(2) with the exact command to run if any of `names` is missing; installs nothing."""
     if wanted := missing(names):
         root = "" if os.geteuid() == 0 else "sudo "
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"{len(wanted)} Debian packages are missing ({reason}). "
-            f"Run: {root}apt-get install -y {' '.join(wanted)}",
+            f"Run: {root}apt-get install -y {' '.join(wanted)}"
         )
 
 
@@ -125,9 +124,8 @@ def _install(wanted: Sequence[str], log: BinaryIO) -> None:
         return
     _apt_get(["update"], log)
     if _apt_get(["install", "-y", "--no-install-recommends", *wanted], log) != 0:
-        raise Stop(
-            ExitCode.BAD_CASE,
-            f"apt-get could not install the packages (see {log.name}). Try: apt-get install -y {' '.join(wanted)}",
+        raise BadCase(
+            f"apt-get could not install the packages (see {log.name}). Try: apt-get install -y {' '.join(wanted)}"
         )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_run.checkout import program
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.messages import say_lines
 
 
@@ -81,7 +81,7 @@ def request_plan(options: Namespace) -> Plan:
     plan = request(options)
     if isinstance(plan, CampaignPlan):
         hint = f"Run it with: copepod campaign {options.case}"
-        raise Stop(ExitCode.BAD_CASE, f"{options.case} is a campaign (a list of cases). {hint}")
+        raise BadCase(f"{options.case} is a campaign (a list of cases). {hint}")
     return plan
 
 
@@ -99,7 +99,7 @@ def request_campaign(file: str, settings: Sequence[str] = ()) -> CampaignPlan:
     """Of a campaign file; `settings` are for every case."""
     plan = request(Namespace(case=file, set=settings, ranks=None, fluid=None, body=None))
     if isinstance(plan, Plan):
-        raise Stop(ExitCode.BAD_CASE, f"{file} is a case (it lists no cases). Run it with: copepod run {file}")
+        raise BadCase(f"{file} is a case (it lists no cases). Run it with: copepod run {file}")
     return plan
 
 

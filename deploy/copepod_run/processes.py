@@ -4,13 +4,18 @@ import ctypes
 import glob
 import os
 import signal
-from collections.abc import Iterable, Iterator
+import subprocess
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from copepod_run.cleanup import COMPONENT
 
 ENDED = (None, "Z", "X")
+_AWAY_S = 1.5
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
 _libc = ctypes.CDLL(None, use_errno=True)
@@ -60,6 +65,18 @@ class Looker:
         return Wrong(self._host, pid, "stopped", component, rank, program)
 
 
+class Attention:
+    """Notices that this process was stopped itself (Ctrl-Z, a suspended machine): its clocks then start again."""
+
+    def __init__(self) -> None:
+        self._looked = time.monotonic()
+
+    def was_away(self) -> bool:
+        """Whether the last question, one of two in a second, is longer ago than it should be."""
+        since, self._looked = self._looked, time.monotonic()
+        return self._looked - since > _AWAY_S
+
+
 def own_host() -> str:
     return os.uname().nodename
 
@@ -96,6 +113,21 @@ def environment_of(pid: int) -> dict[str, str]:
 def adopt_orphans() -> None:
     """Grandchildren whose parent dies become ours, so that none escapes."""
     _libc.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+
+
+def reap_orphans() -> None:
+    """Collects adopted orphans that have ended, once our own processes have been waited for."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
+def start_child(command: Sequence[str], number: int = signal.SIGTERM, **streams: Any) -> subprocess.Popen[bytes]:
+    """Starts a process in a session of its own, which gets this signal if we die; `streams`: as for Popen."""
+    parent = os.getpid()
+    return subprocess.Popen(
+        command, start_new_session=True, preexec_fn=lambda: end_with_parent(parent, number), **streams
+    )
 
 
 def end_with_parent(parent: int, number: int = signal.SIGTERM) -> None:

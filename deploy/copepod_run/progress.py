@@ -51,9 +51,7 @@ def speed_text(steps_per_s: float, cells: int) -> str:
 
 
 def _three_digits(value: float) -> str:
-    if value >= 100:
-        return f"{value:.0f}"
-    return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+    return f"{value:.{0 if value >= 100 else 1 if value >= 10 else 2}f}"
 
 
 def figures(event: Event, cells: int) -> list[str]:

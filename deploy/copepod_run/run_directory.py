@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_run.destinations import make_folder
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, Stop, StorageFailed
 from copepod_run.messages import say
 
 _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned up after
@@ -54,12 +54,6 @@ class RunDirectory:
     def summary(self) -> dict[str, Any] | None:
         """summary.json, or None if there is none that can be read."""
         return read_object(self.path / "summary.json") or None
-
-    def has_checkpoint(self) -> bool:
-        return has_checkpoint(self.path)
-
-    def last_step_on_disk(self) -> int:
-        return last_checkpoint_step(self.path)
 
     def record_exit(self, code: int, reason: str) -> None:
         """Adds to provenance.json how the run ended, for a coupler that could not do so itself. Never raises.
@@ -129,17 +123,14 @@ def _opened(path: Path) -> int:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         return os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError as problem:
-        raise Stop(
-            ExitCode.STORAGE_FAILED,
+        raise StorageFailed(
             f"{path} cannot be written to ({problem.strerror}). Choose another --out; to resume another user's run, "
-            "copy its folder first.",
+            "copy its folder first."
         ) from None
 
 
 def _in_use(path: Path | str) -> Stop:
-    return Stop(
-        ExitCode.BAD_CASE, f"{path} is in use (another copepod runs there). Wait for it, or choose another --out."
-    )
+    return BadCase(f"{path} is in use (another copepod runs there). Wait for it, or choose another --out.")
 
 
 def _require_empty(path: Path, shown: Path | str) -> None:
@@ -148,12 +139,9 @@ def _require_empty(path: Path, shown: Path | str) -> None:
         if not path.exists() or path.is_dir() and not any(path.iterdir()):
             return
     except OSError as problem:
-        raise Stop(
-            ExitCode.STORAGE_FAILED, f"{shown} cannot be read ({problem.strerror}). Choose another --out."
-        ) from None
-    raise Stop(
-        ExitCode.BAD_CASE,
-        f"{shown} exists already (a run is never overwritten). Continue it with --resume, or choose another --out.",
+        raise StorageFailed(f"{shown} cannot be read ({problem.strerror}). Choose another --out.") from None
+    raise BadCase(
+        f"{shown} exists already (a run is never overwritten). Continue it with --resume, or choose another --out."
     )
 
 
@@ -202,13 +190,13 @@ def create(name: str, out: str | None) -> RunDirectory:
         return RunDirectory(path, must_be_empty=True)
     name = folder_name(name)
     for number in range(1, 100000):
-        path = Path("runs") / _numbered(name, number)
+        path = Path("runs") / (name if number == 1 else f"{name}-{number}")
         try:
             make_folder(path, exist_ok=False)
             return RunDirectory(path)
         except FileExistsError:
             continue
-    raise Stop(ExitCode.BAD_CASE, f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
+    raise BadCase(f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
 
 
 def reopen(name: str, out: str | None) -> RunDirectory:
@@ -216,13 +204,12 @@ def reopen(name: str, out: str | None) -> RunDirectory:
     path = Path(out) if out is not None else _latest(name)
     if path is None or not _holds_case(path):
         where = out if out is not None else f"runs/{name}"
-        raise Stop(ExitCode.BAD_CASE, f"{where} does not hold a run (no case.yaml). Start it without --resume.")
+        raise BadCase(f"{where} does not hold a run (no case.yaml). Start it without --resume.")
     directory = RunDirectory(path)
-    if not directory.has_checkpoint():
+    if not has_checkpoint(path):
         directory.close()
-        raise Stop(
-            ExitCode.BAD_CASE,
-            f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume, in a new folder.",
+        raise BadCase(
+            f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume, in a new folder."
         )
     return directory
 
@@ -233,10 +220,9 @@ def _require_utf8(path: Path) -> None:
     try:
         name.decode("utf-8")
     except UnicodeDecodeError:
-        raise Stop(
-            ExitCode.BAD_CASE,
+        raise BadCase(
             f"{name.decode('utf-8', 'backslashreplace')} cannot be the folder of a run (its name is not UTF-8 text). "
-            "Choose another --out, or rename it.",
+            "Choose another --out, or rename it."
         ) from None
 
 
@@ -244,18 +230,12 @@ def _holds_case(path: Path) -> bool:
     try:
         return (path / "case.yaml").exists()
     except OSError as problem:
-        raise Stop(
-            ExitCode.STORAGE_FAILED, f"{path} cannot be read ({problem.strerror}). Choose another --out."
-        ) from None
+        raise StorageFailed(f"{path} cannot be read ({problem.strerror}). Choose another --out.") from None
 
 
 def folder_name(case_name: str) -> str:
     """The case's name without characters that have a meaning in paths."""
     return re.sub(r"[^\w.+=-]+", "_", case_name).lstrip(".") or "run"
-
-
-def _numbered(name: str, number: int) -> str:
-    return name if number == 1 else f"{name}-{number}"
 
 
 def _latest(name: str) -> Path | None:

@@ -5,7 +5,7 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from typing import IO
 
-from copepod_run.processes import end_with_parent
+from copepod_run.processes import start_child
 from copepod_run.progress import Event, EventReader
 
 
@@ -14,15 +14,12 @@ class RunProcess:
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str], output: IO[bytes] | int) -> None:
         """`command`: up to its options; `output`: for the result table."""
-        parent = os.getpid()
-        self._popen = subprocess.Popen(
+        self._popen = start_child(
             [*command, "--progress", "json"],
             env=environment,
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.PIPE,
-            start_new_session=True,
-            preexec_fn=lambda: end_with_parent(parent),
         )
         assert self._popen.stderr is not None
         self._stderr = self._popen.stderr

@@ -8,12 +8,11 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from copepod_run import cleanup
 from copepod_run.cleanup import MARK
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase
 from copepod_run.run_directory import Lock, take_lock
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
@@ -36,8 +35,9 @@ class Scratch:
         self.mark = mark
         self.folders: list[Path] = []
         self.locks: list[int] = []  # descriptors
+        self.is_kept = False  # for guarded_folder
         self.run_path = Path(run_path)
-        self.sockets = Path(run_path) / ".sockets"
+        self.sockets = self.run_path / ".sockets"
         is_short = len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH
         if is_short:
             self._fresh_folder(self.sockets)
@@ -101,9 +101,7 @@ def fresh_folder(folder: Path, mark: str) -> None:
             folder.rmdir()  # the run was killed before it could claim its folder
         folder.mkdir(mode=0o700)
     except FileExistsError:
-        raise Stop(
-            ExitCode.BAD_CASE, f"{folder} is in the way (not made by a run). Move it away, or choose another --out."
-        ) from None
+        raise BadCase(f"{folder} is in the way (not made by a run). Move it away, or choose another --out.") from None
     cleanup.claim(folder, mark)
 
 
@@ -159,29 +157,21 @@ def _write_private(path: Path, lines: dict[str, str]) -> Path:
     return path
 
 
-@dataclass
-class GuardedFolder:
-    """`mark`: value of COPEPOD_RUN in the environment of every process that is to end with the command."""
-
-    path: Path
-    scratch: Scratch
-    mark: str
-    is_kept: bool = False  # set it to keep the folder, though nothing else
-
-
 @contextmanager
-def guarded_folder() -> Iterator[GuardedFolder]:
-    """A private folder and marked processes of a command without a run directory: nothing of them remains."""
-    token = secrets.token_hex(16)
-    path = _temporary_folder("/tmp", token)  # a short path: it holds sockets
-    folder = GuardedFolder(path, Scratch(path, token), token)
-    folder.scratch.hold(path)
-    mark = f"{MARK}={folder.mark}"
-    guard = cleanup.Guard(mark, [path, *folder.scratch.folders], folder.scratch.locks)
+def guarded_folder() -> Iterator[Scratch]:
+    """A private folder, `run_path`, and marked processes of a command without a run directory: nothing of them remains.
+
+    Every process that is to end with the command has `mark` as its COPEPOD_RUN. With `is_kept` the folder alone stays.
+    """
+    mark = secrets.token_hex(16)
+    path = _temporary_folder("/tmp", mark)  # a short path: it holds sockets
+    scratch = Scratch(path, mark)
+    scratch.hold(path)
+    guard = cleanup.Guard(f"{MARK}={mark}", [path, *scratch.folders], scratch.locks)
     try:
-        yield folder
+        yield scratch
     finally:
-        cleanup.end_marked(mark)
-        cleanup.remove_folders(folder.scratch.folders if folder.is_kept else [path, *folder.scratch.folders])
+        cleanup.end_marked(f"{MARK}={mark}")
+        cleanup.remove_folders(scratch.folders if scratch.is_kept else [path, *scratch.folders])
         guard.dismiss()
-        folder.scratch.close()
+        scratch.close()

@@ -5,11 +5,11 @@ import selectors
 import signal
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
-from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, reported_by_mpirun
+from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, lost, reported_by_mpirun
 from copepod_run.messages import say
 from copepod_run.progress import Event, EventReader, Progress
 from copepod_run.run_directory import shown
@@ -118,10 +118,7 @@ class Watch:
         self._next_look = time.monotonic() + LOOK_EVERY_S
         if trouble is None or self._signals.received:
             return
-        step = -1 if self._reported is None else self._reported.step
-        self._reported = Failure(
-            ExitCode.COMPONENT_LOST, trouble.component, trouble.host, trouble.rank, step, trouble.reason
-        )
+        self._reported = replace(trouble, step=self._reported.step) if self._reported else trouble
         self._decide_within(0.0)
 
     def _end_mpirun_that_is_stuck(self) -> None:
@@ -245,4 +242,4 @@ class Watch:
             return judge(self._reported, bad, self.last_step, self._host)
         late = next(iter(self._alive.values()))
         reason = f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished."
-        return Failure(ExitCode.COMPONENT_LOST, late.name, late.host, "0", self.last_step, reason, is_after_step=True)
+        return lost(late.name, late.host, "0", reason, self.last_step, is_after_step=True)

@@ -22,7 +22,7 @@ from copepod_run.errors import ExitCode
 from copepod_run.figures import markdown_table
 from copepod_run.messages import Stage
 from copepod_validation.experiment import CaseDict, lattice_case, sphere, viscosity
-from copepod_validation.page import processor
+from copepod_validation.matrix import processor
 
 _BOUNDARIES = ("bounce_back", "interpolated", "central_linear", "parabolic")
 _REFILLS, _PRECISIONS = ("nonequilibrium", "equilibrium", "grad"), ("double", "single")

@@ -1,36 +1,30 @@
 """The matrix of schemes and cases: what runs, as a campaign, and the page made of it."""
 
+import datetime
 import json
+import platform
+import re
+import textwrap
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from copepod_campaign import campaign
-from copepod_run.errors import ExitCode, Stop
-from copepod_validation import crossing_sphere, frames, inertial_drag, light_bodies, oscillating_sphere
-from copepod_validation import resistance, settling_sphere, shear, slow_bodies, sphere_array, sudden_start, wall
+from copepod_run.errors import BadCase
+from copepod_run.figures import markdown_table
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section, experiments
 
 # Each has points (see `experiments`), case_of(point), evaluate(folder, point) and section(results); accuracy.md has
 # what it compares with.
 _CASES = (
-    sphere_array,
-    wall,
-    slow_bodies,
-    resistance,
-    shear,
-    oscillating_sphere,
-    sudden_start,
-    inertial_drag,
-    settling_sphere,
-    crossing_sphere,
-    frames,
-    light_bodies,
+    *("sphere_array", "wall", "slow_bodies", "resistance", "shear", "oscillating_sphere", "sudden_start"),
+    *("inertial_drag", "settling_sphere", "crossing_sphere", "frames", "light_bodies"),
 )
-CASES: dict[str, ModuleType] = {module.__name__.rpartition(".")[2]: module for module in _CASES}
+CASES = {name: import_module(f"copepod_validation.{name}") for name in _CASES}
 FOLDER = Path("runs/validation")
+_TEXT = Path(__file__).with_name("accuracy.md").read_text()  # what it is about, and what each case compares with
 
 
 def run(
@@ -59,7 +53,7 @@ def run(
 def _require(names: Sequence[str], known: dict[str, Any], what: str) -> None:
     for name in names:
         if name not in known:
-            raise Stop(ExitCode.BAD_CASE, f"{name} is not a {what} of the matrix. Choose from: {', '.join(known)}.")
+            raise BadCase(f"{name} is not a {what} of the matrix. Choose from: {', '.join(known)}.")
 
 
 def _written(experiment: Experiment, fluid: str | None) -> dict[str, Any]:
@@ -71,3 +65,44 @@ def _written(experiment: Experiment, fluid: str | None) -> dict[str, Any]:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(case, indent=1) + "\n")
     return {"name": experiment.name, "file": str(path), "set": []}
+
+
+def write_page(folder: Path, sections: Mapping[str, Section], command: str, build: str, part: str) -> Path:
+    """accuracy.md, with what to choose, an overview and a section per case, and its figures; returns its path.
+
+    `part`: what of the matrix it leaves out, or nothing.
+    """
+    overview: dict[str, dict[str, str]] = {}
+    for section in sections.values():
+        for scheme, figures in section.overview.items():
+            overview.setdefault(scheme, {}).update(figures)
+        for name, content in section.figures.items():
+            (folder / name).write_bytes(content)
+    heads = list(dict.fromkeys(head for figures in overview.values() for head in figures))
+    rows = [["keys", *(", ".join(f"`{value}`" for value in SCHEMES[scheme].values()) for scheme in overview)]]
+    rows += [[head, *(figures.get(head, "–") for figures in overview.values())] for head in heads]
+    schemes = ["", *(f"`{scheme}`" for scheme in overview)]
+    head, *texts = _TEXT.split("\n## ")
+    text_of = dict(text.split("\n\n", 1) for text in texts)
+    written = f"This command wrote the page on {datetime.date.today()} ({processor()}; programs {build}). It holds the "
+    written += f"cases {', '.join(sections)} with the schemes {', '.join(overview)}{part}."
+    parts = [head.format(command=command), *_wrapped(written), f"## What to choose\n\n{text_of['What to choose']}"]
+    parts += ["## Overview", markdown_table(" | ".join(schemes), map(" | ".join, rows))]
+    for case, section in sections.items():
+        title = case.replace("_", " ").capitalize()
+        parts += [f"## {title}", text_of[title], *_wrapped(section.markdown)]
+    path = folder / "accuracy.md"
+    path.write_text("\n\n".join(part.strip() for part in parts) + "\n")
+    return path
+
+
+def _wrapped(markdown: str) -> list[str]:
+    """Paragraphs of Markdown; prose in lines of 120 columns."""
+    paragraphs = markdown.strip().split("\n\n")
+    return [part if part[0] in "#|`!" else textwrap.fill(part, 120, break_on_hyphens=False) for part in paragraphs]
+
+
+def processor() -> str:
+    """As in lscpu."""
+    found = re.search(r"model name\s*:\s*(.+)", Path("/proc/cpuinfo").read_text())
+    return found[1] if found else platform.machine()

@@ -18,7 +18,7 @@ from copepod_report.page import page, templates
 from copepod_report.run_record import DAMAGE
 from copepod_report.run_status import state_of
 from copepod_report.view import scripts
-from copepod_run.errors import ExitCode, Stop
+from copepod_run.errors import BadCase, Stop
 from copepod_watch.follower import CampaignFollower, Draw, RunFollower, runs_in
 
 _LOOPBACK = "127.0.0.1"
@@ -64,7 +64,7 @@ class WatchServer(ThreadingHTTPServer):
             super().__init__((_LOOPBACK, port), _Handler)
         except (OSError, OverflowError) as problem:
             reason = getattr(problem, "strerror", None) or problem
-            raise Stop(ExitCode.BAD_CASE, f"port {port} cannot be used ({reason}). Choose another --port.") from None
+            raise BadCase(f"port {port} cannot be used ({reason}). Choose another --port.") from None
 
     @property
     def address(self) -> str:

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "deploy"))
 os.environ["COPEPOD_BIN_DIR"] = os.environ.get("COPEPOD_BUILT_PROGRAMS", str(ROOT / "build/bin"))
 
-from copepod_bench.measurements import PUBLISHED, measure_coupled, measure_fluid  # noqa: E402
+from copepod_bench.bench import PUBLISHED, measure_coupled, measure_fluid  # noqa: E402
 
 ATTEMPTS = 5
 

@@ -32,7 +32,7 @@ import numpy
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "deploy"))
 
-from copepod_bench.measurements import measure_fluid  # noqa: E402
+from copepod_bench.bench import measure_fluid  # noqa: E402
 
 DOUBLE_VALUES = 5 * 8  # bytes of a face cell
 NETWORK_B_PER_S = 10e9  # of one rank; an assumption

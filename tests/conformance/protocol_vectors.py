@@ -13,10 +13,9 @@ from pathlib import Path
 from google.protobuf.json_format import MessageToDict
 
 from copepod.v1 import handshake_pb2
-from copepod_component.messages import TRANSITIONS, checksum, to_frame
+from copepod_component.messages import TRANSITIONS, Envelope, checksum, to_frame
 from copepod_conformance import protocol
 from copepod_conformance.cases import BodyCase, FluidCase
-from copepod_conformance.protocol import Envelope
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "protocol_vectors.json"

@@ -19,8 +19,7 @@ from google.protobuf.message import DecodeError
 
 from copepod_component.messages import recording as schema
 from copepod_component.messages import with_checksum
-from copepod_recording.listing import counts, lines
-from copepod_recording.reader import Recording, UnreadableRecording, read_length
+from copepod_recording.reader import Recording, UnreadableRecording, counts, lines, read_length
 from copepod_recording.replay import script_of
 
 SEED = Path(__file__).resolve().parent / "corpus/read_recording.rec"

@@ -10,7 +10,7 @@ from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
 from copepod_run import messages
-from copepod_run.progress import EventReader, Progress, bar, clock_text
+from copepod_run.progress import EventReader, Progress, bar, clock_text, speed_text
 
 EVENT = {"event": "progress", "step": 500, "steps": 1000, "steps_per_s": 123.4, "remaining_s": 4.05}
 
@@ -46,6 +46,10 @@ class Plain(unittest.TestCase):
         self.assertEqual(
             self.lines_at([100.0]), ["copepod: step 500 of 1000 (50 %), 0:04 left, 123 steps/s, 247 MLUPS"]
         )
+
+    def test_speeds_have_three_digits(self):
+        shown = [speed_text(speed, 0) for speed in (0.123, 1.234, 12.34, 123.4, 1234.5)]
+        self.assertEqual(shown, [f"{text} steps/s" for text in ("0.12", "1.23", "12.3", "123", "1234")])
 
     def test_there_is_no_rate_before_the_first_step(self):
         with contextlib.redirect_stderr(io.StringIO()) as stream:

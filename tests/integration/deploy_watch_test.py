@@ -8,7 +8,8 @@ import unittest
 from pathlib import Path
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
-from copepod_run.launcher import Launcher, Process, Trouble
+from copepod_run.launcher import Launcher, Process
+from copepod_run.outcome import lost
 from copepod_run.signals import SignalRecorder
 from copepod_run.watch import Watch
 
@@ -114,16 +115,24 @@ class WatchOfThreeHosts(unittest.TestCase):
         self.assertIn("SIGSEGV", failure.reason)
 
     def test_trouble_that_the_launcher_sees_ends_the_run(self):
-        self.launcher.trouble = Trouble("fluid", "b", "3", "frozen: its process 7 is stopped.")
+        self.launcher.trouble = lost("fluid", "b", "3", "frozen: its process 7 is stopped.")
         start = time.monotonic()
         failure = self.watch.wait().failure
         self.assertLess(time.monotonic() - start, 5.0)
         self.assertEqual((failure.code, failure.host, failure.rank), (69, "b", "3"))
 
+    def test_trouble_after_a_report_happened_at_the_reported_step(self):
+        self.emit(event="failure", code=69, component="fluid", host="b", rank=0, step=700, reason="is silent.")
+        report = self.watch._take
+        frozen = lost("fluid", "b", "3", "frozen.")
+        self.watch._take = lambda event: (report(event), setattr(self.launcher, "trouble", frozen))
+        failure = self.watch.wait().failure
+        self.assertEqual((failure.rank, failure.step), ("3", 700))
+
     def test_a_component_that_freezes_after_the_last_step_is_lost_after_that_step(self):
         self.emit(event="progress", step=2000, steps=2000, steps_per_s=1.0, remaining_s=0.0)
         self.emit(event="finished", summary="summary.json")
-        self.display.step = lambda event: setattr(self.launcher, "trouble", Trouble("body", "c", "0", "frozen."))
+        self.display.step = lambda event: setattr(self.launcher, "trouble", lost("body", "c", "0", "frozen."))
         sentence = self.watch.wait().failure.sentence()
         self.assertEqual(sentence, "body service on host c, rank 0, after step 2000: frozen.")
 

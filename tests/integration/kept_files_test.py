@@ -80,10 +80,10 @@ class TemporaryFolders(FilesTest):
     def test_the_folder_of_a_command_without_a_run_stays_as_long_as_the_command(self):
         """Conformance and replays take longer than the minute in which a folder counts as young."""
         with scratch.guarded_folder() as folder:
-            os.utime(folder.path, (_HOURS_AGO, _HOURS_AGO))
+            os.utime(folder.run_path, (_HOURS_AGO, _HOURS_AGO))
             self.run_tiny()
-            self.assertTrue(folder.path.exists())
-        self.assertFalse(folder.path.exists())
+            self.assertTrue(folder.run_path.exists())
+        self.assertFalse(folder.run_path.exists())
 
 
 class RunDirectory(TinyRunTest):

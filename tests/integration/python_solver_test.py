@@ -2,11 +2,14 @@
 
 import logging
 import os
+import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
-from copepod_component import SolverContext, control_lane
+from copepod_component import SolverContext, Summary, control_lane
 from copepod_component.messages import Envelope, to_frame
+from copepod_component.solvers import ServedFluid
 from copepod_session import ROOT, CommandTest
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
@@ -75,6 +78,25 @@ class StopRequest(unittest.TestCase):
         self.assertEqual(context.stop_requested(), 0)
         lane._handle(None, to_frame(Envelope(session_id=1, epoch=2, abort={"failure": {"code": 74}})))
         self.assertEqual(context.stop_requested(), 74)
+
+
+class Summaries(unittest.TestCase):
+    def summary_of(self, **fields):
+        served, reply = ServedFluid(None, None), Envelope()
+        served.solver = mock.Mock(summarise=lambda: Summary(**fields))
+        served._timed("exchange", time.sleep, 0.001)
+        served.perform(Envelope(summarise={}), reply)
+        return reply.summary
+
+    def test_have_the_times_that_the_kit_measured_unless_the_solver_has_its_own(self):
+        self.assertGreaterEqual(self.summary_of().seconds["exchange"], 0.001)
+        self.assertEqual(self.summary_of(seconds={"bulk": 0.5}).seconds, {"bulk": 0.5})
+
+    def test_have_only_the_drifts_that_the_solver_reports(self):
+        summary = self.summary_of(mass_drift=0.0, digest=7, body_phases=("map",))
+        self.assertEqual((summary.digest, list(summary.body_phases), summary.ranks), (7, ["map"], 1))
+        self.assertTrue(summary.HasField("mass_drift"))
+        self.assertFalse(summary.HasField("momentum_drift"))
 
 
 if __name__ == "__main__":

@@ -325,6 +325,7 @@ class Comparison(unittest.TestCase):
         self.assertEqual(list(differences(a, b, tolerance=1e-6)), [])
         b.kinematics.position_m.append(1.0)
         self.assertEqual(list(differences(a, b)), ["kinematics.position_m: 4 values instead of 3"])
+        self.assertEqual(list(differences(b, a)), ["kinematics.position_m: 3 values instead of 4"])
         b.step = 4
         self.assertIn("step: 4 instead of 3", list(differences(a, b)))
 

@@ -9,7 +9,7 @@ import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from .errors import ExitCode, Refused
-from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Damaged, Envelope, from_frame, to_frame
+from .messages import Damaged, envelope, from_frame, to_frame
 
 DISCONNECTED_S = 3.0
 PAUSE_S = 1.0  # a gap in this thread's own attention
@@ -69,23 +69,10 @@ class ControlLane(threading.Thread):
             self._stop(message.abort.failure.code)
 
     def _pong(self, stamp_ns):
-        session_id, epoch = self._header
-        context = self._context
-        reply = Envelope(
-            protocol_major=PROTOCOL_MAJOR,
-            protocol_minor=PROTOCOL_MINOR,
-            session_id=session_id,
-            epoch=epoch,
-            step=context.step,
-        )
-        reply.pong.stamp_ns = stamp_ns
-        reply.pong.step = context.step
-        reply.pong.phase = context.phase
-        reply.pong.progress = context.progress
-        reply.pong.awaited_rank = context.awaited_rank
-        reply.pong.received_sequence = context.received_sequence
-        reply.pong.replied_sequence = context.replied_sequence
-        return to_frame(reply)
+        (session_id, epoch), context = self._header, self._context
+        names = ("step", "phase", "progress", "awaited_rank", "received_sequence", "replied_sequence")
+        pong = {"stamp_ns": stamp_ns, **{name: getattr(context, name) for name in names}}
+        return to_frame(envelope(session_id=session_id, epoch=epoch, step=context.step, pong=pong))
 
     def _look_for_coupler(self):
         now = time.monotonic()

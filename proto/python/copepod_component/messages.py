@@ -43,6 +43,11 @@ class Damaged(Exception):
     """The checksum is wrong: the frame was damaged on its way and counts as lost."""
 
 
+def envelope(**fields):
+    """An Envelope of our protocol version with these fields; a dict stands for a message inside."""
+    return Envelope(protocol_major=PROTOCOL_MAJOR, protocol_minor=PROTOCOL_MINOR, **fields)
+
+
 def message_name(envelope):
     """Name of the message in an Envelope as in the schema, "FluidSetup"; None if it is empty."""
     field = envelope.WhichOneof("body")

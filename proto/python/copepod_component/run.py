@@ -16,7 +16,7 @@ from .context import SolverContext
 from .control_lane import ControlLane
 from .errors import CaseError, ComponentError
 from .keys import HandshakeMonitor, read_keys, require_keys_off_this_machine
-from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, handshake, setup, to_frame
+from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, envelope, handshake, setup, to_frame
 from .server import Server
 from .solvers import ServedBody, ServedFluid
 from .validation import MESSAGE_BYTES, check_setup
@@ -151,14 +151,12 @@ def _open_log(options, role):
 
 
 def _hello(role, lane, token, capabilities, instance):
-    message = Envelope(protocol_major=PROTOCOL_MAJOR, protocol_minor=PROTOCOL_MINOR, step=-1)
-    hello = message.hello
-    hello.role = handshake.ROLE_FLUID if role == "fluid" else handshake.ROLE_BODY
-    hello.lane = lane
-    hello.versions.major, hello.versions.minor_min, hello.versions.minor_max = PROTOCOL_MAJOR, 0, PROTOCOL_MINOR
-    hello.session_token = token
-    hello.capabilities.name, hello.capabilities.version = capabilities.name, capabilities.version
-    hello.capabilities.features.extend(sorted(capabilities.features))
-    hello.host, hello.pid, hello.ranks = host_names.gethostname(), os.getpid(), 1
-    hello.instance = instance
-    return to_frame(message)
+    hello = {
+        "role": handshake.ROLE_FLUID if role == "fluid" else handshake.ROLE_BODY,
+        "lane": lane,
+        "versions": {"major": PROTOCOL_MAJOR, "minor_min": 0, "minor_max": PROTOCOL_MINOR},
+        "session_token": token,
+        "capabilities": dataclasses.asdict(capabilities) | {"features": sorted(capabilities.features)},
+        **{"host": host_names.gethostname(), "pid": os.getpid(), "ranks": 1, "instance": instance},
+    }
+    return to_frame(envelope(step=-1, hello=hello))

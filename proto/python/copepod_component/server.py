@@ -5,16 +5,7 @@ import time
 import traceback
 
 from .errors import ComponentError, DeadlinePassed, ExitCode, Refused
-from .messages import (
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
-    Damaged,
-    Envelope,
-    control,
-    from_frame,
-    message_name,
-    to_frame,
-)
+from .messages import Damaged, control, envelope, from_frame, message_name, to_frame
 from .session import Session
 from .validation import check_version, check_welcome
 
@@ -48,9 +39,7 @@ class Server:
         try:
             self._shake_hands(connect_deadline_s)
             while not self._session.has_ended():
-                data = self._receive(1.0)
-                if data is not None:
-                    self._handle(data)
+                self._serve(1.0)
             if self._session.state == "done":
                 self._answer_repeated_finish()
             return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
@@ -79,9 +68,7 @@ class Server:
                     "coupler). Give --keys with the file of this role of this run."
                 )
             self._socket.send(self._hello)
-            data = self._receive(1.0)
-            if data is not None:
-                self._handle(data)
+            self._serve(1.0)
 
     def _answer_repeated_finish(self):
         """Finished may be lost, and the coupler ask again."""
@@ -90,15 +77,16 @@ class Server:
             if self._socket.poll(10):
                 self._handle(self._socket.recv())
 
-    def _receive(self, seconds):
+    def _serve(self, seconds):
+        """Handles the next message, if one comes in this time."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             if self._context.stop_code:
                 self._session.on_event("coupler lost")
-                return None
+                return
             if self._socket.poll(100):
-                return self._socket.recv()
-        return None
+                self._handle(self._socket.recv())
+                return
 
     def _handle(self, data):
         try:
@@ -133,7 +121,7 @@ class Server:
             raise Refused(f"A {name} was refused (this component does not announce checkpoint). Send none.")
         self._context.step, self._context.received_sequence = request.step, request.sequence
         self._context.phase = PHASES.get(name, control.PHASE_EXCHANGING)
-        reply = self._envelope(request.sequence, request.step)
+        reply = self._envelope(sequence=request.sequence, step=request.step)
         if name == "Finish":
             reply.finished.SetInParent()
         else:
@@ -149,20 +137,9 @@ class Server:
         self._context.phase = control.PHASE_WAITING
 
     def _report_failure(self, code, reason):
-        message = self._envelope(0, self._context.step)
-        message.failure.code = int(code)
-        message.failure.component = self._served.role
-        message.failure.host = self._host
-        message.failure.step = self._context.step
-        message.failure.reason = reason[:4000]
-        self._socket.send(to_frame(message))
+        step = self._context.step
+        failure = {"code": int(code), "component": self._served.role, "host": self._host, "step": step}
+        self._socket.send(to_frame(self._envelope(step=step, failure={**failure, "reason": reason[:4000]})))
 
-    def _envelope(self, sequence, step):
-        return Envelope(
-            protocol_major=PROTOCOL_MAJOR,
-            protocol_minor=PROTOCOL_MINOR,
-            session_id=self._session.session_id,
-            epoch=self._session.epoch,
-            sequence=sequence,
-            step=step,
-        )
+    def _envelope(self, **fields):
+        return envelope(session_id=self._session.session_id, epoch=self._session.epoch, **fields)

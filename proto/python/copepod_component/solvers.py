@@ -99,16 +99,8 @@ class _Served:
             reply.restored.SetInParent()
         elif name == "Summarise":
             summary = self.solver.summarise()
-            reply.summary.digest = summary.digest
-            reply.summary.cell_updates = summary.cell_updates
-            reply.summary.ranks = summary.ranks
-            reply.summary.seconds.update(summary.seconds or self._seconds)
-            reply.summary.body_phases.extend(summary.body_phases)
-            reply.summary.waiting_phases.extend(summary.waiting_phases)
-            if summary.mass_drift is not None:
-                reply.summary.mass_drift = summary.mass_drift
-            if summary.momentum_drift is not None:
-                reply.summary.momentum_drift = summary.momentum_drift
+            fields = dataclasses.asdict(summary) | {"seconds": summary.seconds or self._seconds}
+            reply.MergeFrom(type(reply)(summary=fields))
         else:
             self._perform_own(name, body, request, reply)
 
@@ -169,24 +161,15 @@ class ServedBody(_Served):
             write_kinematics(self._timed("step", self.solver.step, applied), self._bodies, reply)
 
 
+_WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angular_velocity_rad_per_s": 3}
+
+
 def read_kinematics(message, step, bodies):
-    return Kinematics(
-        step,
-        _read(message.position_m, (bodies, 3), "position_m"),
-        _read(message.orientation_wxyz, (bodies, 4), "orientation_wxyz"),
-        _read(message.velocity_m_per_s, (bodies, 3), "velocity_m_per_s"),
-        _read(message.angular_velocity_rad_per_s, (bodies, 3), "angular_velocity_rad_per_s"),
-    )
+    return Kinematics(step, *(_read(getattr(message, name), (bodies, width), name) for name, width in _WIDTHS.items()))
 
 
 def write_kinematics(kinematics, bodies, reply):
     reply.step = kinematics.step
-    message = reply.kinematics
-    message.SetInParent()
-    for name, width in (
-        ("position_m", 3),
-        ("orientation_wxyz", 4),
-        ("velocity_m_per_s", 3),
-        ("angular_velocity_rad_per_s", 3),
-    ):
-        _write(getattr(message, name), getattr(kinematics, name), (bodies, width), name)
+    reply.kinematics.SetInParent()
+    for name, width in _WIDTHS.items():
+        _write(getattr(reply.kinematics, name), getattr(kinematics, name), (bodies, width), name)

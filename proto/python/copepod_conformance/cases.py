@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from copepod_conformance.protocol import Envelope, part, setup
+from copepod_component.messages import Envelope, setup
+from copepod_conformance.protocol import part
 from copepod_conformance.verdicts import Violation
 
 SOLVERS = {

@@ -13,9 +13,10 @@ import zmq
 from zmq.utils.monitor import recv_monitor_message
 
 from copepod_component.errors import Refused
-from copepod_component.messages import Damaged, from_frame, message_name, to_frame, with_checksum
+from copepod_component.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Damaged, Envelope
+from copepod_component.messages import from_frame, handshake, message_name, to_frame, with_checksum
 from copepod_conformance.component_process import ComponentProcess
-from copepod_conformance.protocol import PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, content, handshake, part
+from copepod_conformance.protocol import content, part
 from copepod_conformance.verdicts import Silence, Violation
 
 DATA, CONTROL = "data", "control"
@@ -124,14 +125,8 @@ class Conversation:
 
     def with_header(self, message, **changes):
         """Fills the header of an Envelope; `changes` are fields that differ."""
-        header = {
-            "protocol_major": PROTOCOL_MAJOR,
-            "protocol_minor": PROTOCOL_MINOR,
-            "session_id": self.session_id,
-            "epoch": self.epoch,
-            "sequence": self.sequence,
-            **changes,
-        }
+        header = {"session_id": self.session_id, "epoch": self.epoch, "sequence": self.sequence, **changes}
+        message.protocol_major, message.protocol_minor = PROTOCOL_MAJOR, PROTOCOL_MINOR
         for field, value in header.items():
             setattr(message, field, value)
         return message
@@ -167,12 +162,8 @@ class Conversation:
 
     def abort(self, code):
         message = self._control_message("Abort")
-        failure = message.abort.failure
-        failure.code, failure.component, failure.reason = (
-            code,
-            "coupler",
-            "The run is over (ended by a check). Ignore this.",
-        )
+        message.abort.failure.code, message.abort.failure.component = code, "coupler"
+        message.abort.failure.reason = "The run is over (ended by a check). Ignore this."
         self.send_bytes(message.SerializeToString(), f"Abort (code {code})", CONTROL)
 
     def stop_pings(self):

@@ -1,21 +1,8 @@
-"""The protocol as data: message classes, the transition table and queries of it. There is no second copy of either."""
+"""The protocol as data: queries of the message classes and the transition table. There is no second copy of either."""
 
 from collections import deque
 
-from copepod_component.messages import (
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
-    TRANSITIONS,
-    Envelope,
-    control,
-    handshake,
-    legal_messages,
-    message_name,
-    setup,
-    transition,
-)
-
-__all__ = ["PROTOCOL_MAJOR", "PROTOCOL_MINOR", "control", "legal_messages", "setup"]  # for the other modules
+from copepod_component.messages import TRANSITIONS, Envelope, handshake, message_name, transition
 
 _FIELDS = {field.message_type.name: field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
 MESSAGES = tuple(_FIELDS)  # every message of the protocol, in the order of the schema

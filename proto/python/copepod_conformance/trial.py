@@ -2,9 +2,10 @@
 
 import time
 
+from copepod_component.messages import Envelope, message_name
 from copepod_conformance import protocol
 from copepod_conformance.conversation import CONTROL, DATA, Conversation
-from copepod_conformance.protocol import Envelope, content, describe, part
+from copepod_conformance.protocol import content, describe, part
 from copepod_conformance.verdicts import NotApplicable, Violation
 
 _REFUSED = 65
@@ -78,7 +79,7 @@ class Trial(Conversation):
 
         The `remark` follows the message in reports.
         """
-        name = protocol.message_name(message)
+        name = message_name(message)
         if "sequence" not in changes:
             self.sequence += 1
             if name == self.step_name:
@@ -137,9 +138,9 @@ class Trial(Conversation):
                 self.describe_end(code, codes[0] if len(codes) == 1 else f"one from {codes[0]} to {codes[-1]}")
             )
 
-    def receive_pong(self, stamp_ns):
-        """The answer to one's own ping, and how long it took at most."""
-        start = time.monotonic()
+    def answer_to_ping(self):
+        """The Pong to a ping of one's own, and how long it took at most."""
+        start, stamp_ns = time.monotonic(), self.ping()
         while (pong := self.expect("Pong", CONTROL).envelope.pong).stamp_ns != stamp_ns:
             pass
         return pong, time.monotonic() - start

@@ -21,9 +21,13 @@ def main(arguments=None):
     """Exit code 0 if a replay shows no difference, and for the other commands if there is a recording."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
     arguments = sys.argv[1:] if arguments is None else arguments
+    options = _options(arguments)
+    from copepod_component.errors import ComponentError  # late: --help is answered before the messages are generated
+
     try:
-        options = _options(arguments)
         return options.action(options) or 0
+    except ComponentError as error:
+        end(error, int(error.code))
     except BrokenPipeError:  # the reader of the output has ended, as in `… list RUN_DIR | head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
@@ -76,31 +80,14 @@ def _options(arguments):
     return options
 
 
-def _open(path):
-    from copepod_recording.reader import Recording, UnreadableRecording
-
-    try:
-        return Recording(path)
-    except (OSError, UnreadableRecording) as problem:
-        end(problem, _STORAGE_FAILED)
-
-
-def _find(what, options):
-    """A recording of the run: `what` is wire_file or trace_folder."""
-    from copepod_recording import reader
-
-    try:
-        return getattr(reader, what)(options.directory, options.attempt)
-    except reader.MissingRecording as error:
-        end(error)
-
-
 def _wire(options):
-    return _open(_find("wire_file", options))
+    from copepod_recording.reader import Recording, wire_file
+
+    return Recording(wire_file(options.directory, options.attempt))
 
 
 def _list(options):
-    from copepod_recording.listing import lines
+    from copepod_recording.reader import lines
 
     recording = _wire(options)
     for line in lines(recording):
@@ -109,7 +96,7 @@ def _list(options):
 
 
 def _count(options):
-    from copepod_recording.listing import counts
+    from copepod_recording.reader import counts
 
     recording = _wire(options)
     rows = counts(recording)
@@ -122,9 +109,10 @@ def _count(options):
 
 def _trace(options):
     from copepod_recording import overlap, trace
+    from copepod_recording.reader import Recording, trace_folder
 
-    folder = _find("trace_folder", options)
-    processes = [_open(path) for path in sorted(folder.glob("*.rec"))]
+    folder = trace_folder(options.directory, options.attempt)
+    processes = [Recording(path) for path in sorted(folder.glob("*.rec"))]
     wire = _wire(options) if list((Path(options.directory) / "wire").glob("*.rec")) else None
     timelines = trace.read(processes)
     shown = trace.window(timelines, options.steps)
@@ -139,9 +127,7 @@ def _trace(options):
     if figures:
         print(overlap.text(figures))
     if options.picture:
-        from copepod_recording import picture
-
-        picture.draw(shown, options.picture)
+        trace.draw(shown, options.picture)
         print(options.picture)
     _print_endings(processes)
 
@@ -149,7 +135,6 @@ def _trace(options):
 def _replay(options):
     import zmq
 
-    from copepod_component.errors import ComponentError
     from copepod_conformance.component_process import Component
     from copepod_recording.replay import replay, script_of
 
@@ -173,8 +158,6 @@ def _replay(options):
         with tempfile.TemporaryDirectory(prefix="copepod-replay-") as folder, zmq.Context() as context:
             component = Component(options.command, dict(os.environ), folder, context, _PATIENCE_S, shows_output=True)
             compared = replay(component, options.role, script, options.tolerance, add)
-    except ComponentError as error:
-        end(error, int(error.code))
     finally:
         for line in differences:
             print(line)
@@ -190,14 +173,10 @@ def _replay(options):
 
 
 def _component(options):
-    from copepod_component.errors import ComponentError
     from copepod_recording.replay import serve_recording
 
     sys.argv[1:] = options.others
-    try:
-        return serve_recording(options.role, _find("wire_file", options), options.tolerance)
-    except ComponentError as error:
-        end(error, int(error.code))
+    return serve_recording(options.role, _wire(options), options.tolerance)
 
 
 def _require_checkpoint(script, path):

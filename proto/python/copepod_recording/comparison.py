@@ -29,31 +29,26 @@ def _message(expected, found, tolerance, path, ignored):
         if field.name in ignored:
             continue
         name = f"{path}.{field.name}" if path else field.name
-        a, b = getattr(expected, field.name), getattr(found, field.name, None)
+        a, b = getattr(expected, field.name), getattr(found, field.name)
         if field.label == field.LABEL_REPEATED:
-            yield from _repeated(field, list(a), list(b or ()), tolerance, name)
-        elif field.message_type is not None:
-            yield from _single(expected, found, field, a, b, tolerance, name)
-        elif not _same(a, b, tolerance):
-            yield f"{name}: {b} instead of {a}"
+            if len(a) != len(b):
+                yield f"{name}: {len(b)} values instead of {len(a)}"
+                continue
+            for index, (x, y) in enumerate(zip(a, b)):
+                yield from _value(field, x, y, tolerance, f"{name}[{index}]", _meaning(field.name, index))
+        elif field.message_type is None:
+            yield from _value(field, a, b, tolerance, name)
+        elif expected.HasField(field.name) != found.HasField(field.name):
+            yield f"{name}: {'missing' if expected.HasField(field.name) else 'not expected'}"
+        elif expected.HasField(field.name):
+            yield from _value(field, a, b, tolerance, name)
 
 
-def _single(expected, found, field, a, b, tolerance, name):
-    if expected.HasField(field.name) != found.HasField(field.name):
-        yield f"{name}: {'missing' if expected.HasField(field.name) else 'not expected'}"
-    elif expected.HasField(field.name):
-        yield from _message(a, b, tolerance, name, _PER_MESSAGE.get(field.message_type.name, set()))
-
-
-def _repeated(field, a, b, tolerance, name):
-    if len(a) != len(b):
-        yield f"{name}: {len(b)} values instead of {len(a)}"
-        return
-    for index, (x, y) in enumerate(zip(a, b)):
-        if field.message_type is not None:
-            yield from _message(x, y, tolerance, f"{name}[{index}]", set())
-        elif not _same(x, y, tolerance):
-            yield f"{name}[{index}]{_meaning(field.name, index)}: {y} instead of {x}"
+def _value(field, a, b, tolerance, name, meaning=""):
+    if field.message_type is not None:
+        yield from _message(a, b, tolerance, name, _PER_MESSAGE.get(field.message_type.name, ()))
+    elif not _same(a, b, tolerance):
+        yield f"{name}{meaning}: {b} instead of {a}"
 
 
 def _meaning(field, index):

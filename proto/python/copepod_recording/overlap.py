@@ -5,47 +5,27 @@ the round trip over coupler, bodies and messages until the kinematics of step n 
 trip after the bulk update is what the fluid waits for.
 """
 
-from dataclasses import dataclass
+from operator import ge
 from statistics import median
 
 
-@dataclass(frozen=True)
-class Step:
-    """Nanoseconds of one step."""
-
-    bulk: int  # the fluid's bulk update, after its reply
-    round_trip: int  # from the fluid's reply until the coupler asked about the next step
-    hidden: int  # the part of the round trip during which the bulk update ran
-    waited: int  # the fluid, for the next request, after its bulk update
-
-
-def steps(timelines):
-    """A Step for every step that the coupler and the fluid's rank 0 recorded whole."""
+def _steps(timelines):
+    """Nanoseconds of each step that the coupler and the rank 0 of the fluid recorded whole: the bulk update after the
+    reply; the round trip, from the reply until the coupler asked about the next step; the part of that during which the
+    bulk update ran; how long the fluid waited for the next request, after its bulk update."""
     fluid = next((each for each in timelines if (each.process, each.rank) == ("fluid", 0)), None)
     coupler = next((each for each in timelines if each.process == "coupler"), None)
     if fluid is None or coupler is None:
-        return []
-    advancing = _by_step(fluid, "advancing")
-    exchanging = _by_step(fluid, "exchanging")
-    waiting = {phase.begin_ns: phase for phase in fluid.phases if phase.name == "waiting"}
-    asks = _by_step(coupler, "wait for fluid")
-    found = []
-    for step, bulk in sorted(advancing.items()):
-        if step not in exchanging or step not in asks or step + 1 not in asks:
-            continue
-        # The coupler may have the loads before the fluid, on the same core, returns from sending them.
-        replied = min(exchanging[step].end_ns, asks[step].end_ns)
-        asked = asks[step + 1].begin_ns
-        wait = waiting.get(bulk.end_ns)
-        found.append(
-            Step(
-                bulk.end_ns - bulk.begin_ns,
-                asked - replied,
-                max(0, min(asked, bulk.end_ns) - max(replied, bulk.begin_ns)),
-                wait.end_ns - wait.begin_ns if wait else 0,
-            )
-        )
-    return found
+        return
+    exchanging, asks = _by_step(fluid, "exchanging"), _by_step(coupler, "wait for fluid")
+    waits = {phase.begin_ns: phase.end_ns - phase.begin_ns for phase in fluid.phases if phase.name == "waiting"}
+    for step, bulk in sorted(_by_step(fluid, "advancing").items()):
+        if step in exchanging and step in asks and step + 1 in asks:
+            # The coupler may have the loads before the fluid, on the same core, returns from sending them.
+            replied = min(exchanging[step].end_ns, asks[step].end_ns)
+            asked = asks[step + 1].begin_ns
+            hidden = max(0, min(asked, bulk.end_ns) - max(replied, bulk.begin_ns))
+            yield bulk.end_ns - bulk.begin_ns, asked - replied, hidden, waits.get(bulk.end_ns, 0)
 
 
 def _by_step(timeline, name):
@@ -59,17 +39,17 @@ def _by_step(timeline, name):
 
 def figures(timelines):
     """Steps, medians in µs, shares of the round trip and of the steps that were hidden; empty without steps."""
-    found = steps(timelines)
+    found = list(_steps(timelines))
     if not found:
         return {}
-    round_trip = sum(step.round_trip for step in found)
+    bulk, round_trip, hidden, waited = zip(*found)
     return {
         "steps": len(found),
-        "bulk_us": median(step.bulk for step in found) * 1e-3,
-        "round_trip_us": median(step.round_trip for step in found) * 1e-3,
-        "waited_us": median(step.waited for step in found) * 1e-3,
-        "hidden": sum(step.hidden for step in found) / round_trip if round_trip > 0 else 1.0,
-        "hidden_steps": sum(step.hidden >= step.round_trip for step in found) / len(found),
+        "bulk_us": median(bulk) * 1e-3,
+        "round_trip_us": median(round_trip) * 1e-3,
+        "waited_us": median(waited) * 1e-3,
+        "hidden": sum(hidden) / sum(round_trip) if sum(round_trip) > 0 else 1.0,
+        "hidden_steps": sum(map(ge, hidden, round_trip)) / len(found),
     }
 
 

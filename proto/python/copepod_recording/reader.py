@@ -1,22 +1,22 @@
-"""Finds and reads recordings: every record that is whole."""
+"""Finds, reads and lists recordings: every record that is whole."""
 
 import pathlib
+from collections import Counter
 
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.internal.decoder import _DecodeVarint32 as read_length
 from google.protobuf.message import DecodeError
 
-from copepod_component.errors import Refused
-from copepod_component.messages import Damaged, from_frame, recording
+from copepod_component.errors import CaseError, Refused, StorageError
+from copepod_component.messages import Damaged, from_frame, message_name, recording
 
 _EARLIER_FORMAT = b"\x89CPDREC\n"  # how files of version 1.0 begin
+_ROLES = {0: "?", 1: "fluid", 2: "body"}
+_LANES = {0: "?", 1: "data", 2: "control"}
+_ARROWS = {1: "-->", 2: "<--"}
 
 
-class MissingRecording(Exception):
-    """The run was not recorded."""
-
-
-class UnreadableRecording(Exception):
+class UnreadableRecording(StorageError):
     """The file is not a recording, or its header is damaged."""
 
 
@@ -82,12 +82,12 @@ class Recording:
 
 
 def wire_file(run_directory, attempt=None):
-    """The recorded messages of an attempt, by default the newest. Raises MissingRecording."""
+    """The recorded messages of an attempt, by default the newest. Raises CaseError if there is none."""
     return _chosen(pathlib.Path(run_directory) / "wire", "*.rec", attempt, "wire")
 
 
 def trace_folder(run_directory, attempt=None):
-    """The folder with the phases of each process. Raises MissingRecording."""
+    """The folder with the phases of each process. Raises CaseError if there is none."""
     return _chosen(pathlib.Path(run_directory) / "trace", "attempt_*", attempt, "trace")
 
 
@@ -96,8 +96,39 @@ def _chosen(folder, pattern, attempt, key):
     if attempt is not None:
         found = [path for path in found if path.stem == f"attempt_{attempt:03d}"]
     if not found:
-        raise MissingRecording(
+        raise CaseError(
             f"{folder} holds no recording{f' of attempt {attempt}' if attempt else ''} (the run was not recorded). "
             f"Run the case with --set output.{key}=true."
         )
     return found[-1]
+
+
+def lines(recording):
+    """One line per message: time since the first, component, lane, direction, step, sequence, name, bytes."""
+    start = None
+    for recorded, envelope in recording.messages():
+        start = recorded.time_ns if start is None else start
+        about = _name(envelope)
+        if envelope:
+            again = f", attempt {envelope.attempt}" if envelope.attempt else ""
+            about = f"step {envelope.step} #{envelope.sequence}{again} {about}"
+        role, lane = _ROLES.get(recorded.role, "?"), _LANES.get(recorded.lane, "?")
+        yield (
+            f"{(recorded.time_ns - start) * 1e-9:13.6f} s  {_ARROWS.get(recorded.direction, '?')} "
+            f"{role:5} {lane:7}  {about}, {len(recorded.envelope)} bytes"
+        )
+
+
+def counts(recording):
+    """[(component, direction, message, number, bytes)], most bytes first."""
+    number: Counter = Counter()
+    size: Counter = Counter()
+    for recorded, envelope in recording.messages():
+        key = (_ROLES.get(recorded.role, "?"), "to" if recorded.direction == 1 else "from", _name(envelope))
+        number[key] += 1
+        size[key] += len(recorded.envelope)
+    return [(*key, number[key], size[key]) for key, _ in size.most_common()]
+
+
+def _name(envelope):
+    return (message_name(envelope) or "none") if envelope else "not an intact Envelope"

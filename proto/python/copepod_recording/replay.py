@@ -4,13 +4,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from copepod_component.context import SolverContext
-from copepod_component.errors import CaseError, SolverError, StorageError
+from copepod_component.errors import CaseError, SolverError
 from copepod_component.messages import Envelope, message_name
 from copepod_component.run import Capabilities, serve_component
 from copepod_conformance.conversation import DATA, Conversation
 from copepod_conformance.verdicts import Violation
 from copepod_recording.comparison import differences
-from copepod_recording.reader import Recording, UnreadableRecording
 
 _ROLES = {"fluid": 1, "body": 2}
 _TO_COMPONENT, _CONTROL_LANE = 1, 2
@@ -167,12 +166,9 @@ class RecordedComponent:
         """Nothing is left to compute."""
 
 
-def serve_recording(role, path, tolerance):
+def serve_recording(role, recording, tolerance):
     """Takes part in a run as the recorded component; returns the exit code of the process. Raises CaseError."""
-    try:
-        script = script_of(Recording(path), role)
-    except (OSError, UnreadableRecording) as problem:
-        raise StorageError(str(problem)) from None
+    script, path = script_of(recording, role), recording.path
     if script.hello is None:
         raise CaseError(f"{path} has no {role} component (it holds no Hello of one). Record again.")
     if script.restore is not None:

@@ -1,4 +1,4 @@
-"""Phases of all processes of a run on one clock, and as a trace in the format of Perfetto and chrome://tracing.
+"""Phases of all processes of a run on one clock: a picture, or a trace in the format of Perfetto and chrome://tracing.
 
 The format: https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU ("Trace Event Format").
 """
@@ -10,6 +10,22 @@ from copepod_component.messages import message_name
 _ORDER = ("coupler", "body", "fluid")
 _MESSAGES = 100  # process number of the recorded messages
 _ROLES = {1: "fluid", 2: "body"}
+_COLOURS = {
+    "waiting": "#eeeeee",
+    "wait for fluid": "#eeeeee",
+    "wait for bodies": "#dddddd",
+    "exchanging": "#f2c14e",
+    "advancing": "#8fb8de",
+    "couple": "#d1495b",
+    "integrate": "#66a182",
+    "map": "#c98c10",
+    "refill": "#e09f3e",
+    "momentum": "#a44a3f",
+    "reduce": "#7d4e57",
+    "halo": "#9d4edd",
+    "bulk": "#2e6f9e",
+}
+_OTHER = "#999999"
 
 
 @dataclass(frozen=True)
@@ -122,14 +138,43 @@ def _messages(wire, start, end):
             requests.setdefault(key, (recorded.time_ns, message_name(envelope), envelope.step))
         elif key in requests:
             sent, name, step = requests.pop(key)
-            events.append(
-                _complete(
-                    _MESSAGES,
-                    recorded.role,
-                    f"{name} → {message_name(envelope)}",
-                    sent - start,
-                    recorded.time_ns - start,
-                    step,
-                )
-            )
+            name = f"{name} → {message_name(envelope)}"
+            events.append(_complete(_MESSAGES, recorded.role, name, sent - start, recorded.time_ns - start, step))
     return events
+
+
+def draw(timelines, path):
+    """One bar per process and rank, what is inside a phase drawn over it; PNG or SVG after the suffix of the path."""
+    import matplotlib  # slow to load
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    start = min(phase.begin_ns for each in timelines for phase in each.phases)
+    figure, axes = plt.subplots(figsize=(11, 0.7 * len(timelines) + 1.6))
+    seen = []
+    for row, timeline in enumerate(reversed(timelines)):
+        for phase in timeline.phases:
+            colour = _COLOURS.get(phase.name, _OTHER)
+            height = 0.8 if _is_outer(phase.name) else 0.45
+            begin, length = (phase.begin_ns - start) * 1e-3, (phase.end_ns - phase.begin_ns) * 1e-3
+            axes.barh(row, length, left=begin, height=height, color=colour, linewidth=0)
+            if phase.name not in seen:
+                seen.append(phase.name)
+    axes.set_yticks(range(len(timelines)), [timeline.title for timeline in reversed(timelines)])
+    axes.set_xlabel("time [µs]")
+    axes.margins(x=0)
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    handles = [plt.Rectangle((0, 0), 1, 1, color=_COLOURS.get(name, _OTHER)) for name in seen]
+    figure.legend(handles, seen, loc="upper center", ncols=min(9, len(seen)), frameon=False, fontsize=8)
+    figure.tight_layout(rect=(0, 0, 1, 0.86))
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+
+
+def _is_outer(name):
+    """Phases of the protocol; those of solvers lie inside them."""
+    return name in ("waiting", "exchanging", "advancing", "configuring", "checkpointing", "couple") or name.startswith(
+        "wait "
+    )

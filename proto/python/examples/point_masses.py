@@ -16,13 +16,7 @@ import sys
 
 import numpy as np
 
-from copepod_component import (
-    Capabilities,
-    Kinematics,
-    SolverError,
-    Summary,
-    run_body_component,
-)
+from copepod_component import Capabilities, Kinematics, SolverError, Summary, run_body_component
 from copepod_component.messages import setup as schema
 
 
@@ -38,15 +32,19 @@ def _numbers(entries, name):
     return np.array([getattr(entry, name) for entry in entries], dtype=int)
 
 
+def _require_centres(entries, what):
+    if any(any(entry.anchor_A_m) or any(entry.anchor_B_m) for entry in entries):
+        raise SolverError(
+            f"A {what} is not attached to the centre of its body (a point mass has nothing else). "
+            "Use the body service of Copepod."
+        )
+
+
 class Springs:
     """All springs of a case at once; arrays have one row per spring."""
 
     def __init__(self, springs):
-        if any(any(spring.anchor_A_m) or any(spring.anchor_B_m) for spring in springs):
-            raise SolverError(
-                "A spring is not attached to the centre of its body (a point mass has nothing else). "
-                "Use the body service of Copepod."
-            )
+        _require_centres(springs, "spring")
         self._body_A, self._body_B = _numbers(springs, "body_A"), _numbers(springs, "body_B")
         self._stiffness_N_per_m = np.array([spring.stiffness_N_per_m for spring in springs])
         self._damping_N_s_per_m = np.array([spring.damping_N_s_per_m for spring in springs])
@@ -96,11 +94,7 @@ class Drive:
     """Pair forces and forces of fixed direction; arrays have one row per actuator."""
 
     def __init__(self, actuators):
-        if any(any(actuator.anchor_A_m) or any(actuator.anchor_B_m) for actuator in actuators):
-            raise SolverError(
-                "A pair force is not attached to the centre of its body (a point mass has nothing else). "
-                "Use the body service of Copepod."
-            )
+        _require_centres(actuators, "pair force")
         self._is_pair = np.array([actuator.kind == schema.ACTUATOR_KIND_PAIR_FORCE for actuator in actuators], bool)
         self._body_A = _numbers(actuators, "body_A")
         self._body_B = _numbers(actuators, "body_B") - 1  # 0 on the wire: none
@@ -165,24 +159,17 @@ class PointMasses:
         return Summary(digest=int.from_bytes(hashlib.sha256(bits).digest()[:8], "little"))
 
 
+FEATURES = [
+    "motion:free",
+    "shape:sphere",
+    "springs",
+    "bends",
+    "actuator:pair_force",
+    "actuator:world_force",
+    "checkpoint",
+    "neglects:torques",
+    "neglects:periodic",
+]
+
 if __name__ == "__main__":
-    sys.exit(
-        run_body_component(
-            PointMasses,
-            Capabilities(
-                "Point masses in Python",
-                "1.0",
-                [
-                    "motion:free",
-                    "shape:sphere",
-                    "springs",
-                    "bends",
-                    "actuator:pair_force",
-                    "actuator:world_force",
-                    "checkpoint",
-                    "neglects:torques",
-                    "neglects:periodic",
-                ],
-            ),
-        )
-    )
+    sys.exit(run_body_component(PointMasses, Capabilities("Point masses in Python", "1.0", FEATURES)))

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from copepod_component.messages import setup
 from copepod_conformance.cases import (
     FORCE_N,
     INERTIA_KG_M2,
@@ -14,7 +15,6 @@ from copepod_conformance.cases import (
     add_actuator,
 )
 from copepod_conformance.checks.body_motion import STEPS, motions_of, move
-from copepod_conformance.protocol import setup
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _CLOSED = Rule("What a role implies", "joints are closed in every reply, while their bodies move and turn")

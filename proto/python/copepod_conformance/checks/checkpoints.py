@@ -61,7 +61,8 @@ def _unwritable(trial):
     trial.subject.reference.compare_end(trial)
 
 
-def _damaged(trial, damage, text):
+def _damaged(trial, change, text):
+    """`change` makes what the largest file holds of its content; None: there is no file at all."""
     _configure_for_restore(trial)
     path, _ = trial.subject.reference.checkpoint()
     copy = trial.folder / "damaged"
@@ -69,44 +70,27 @@ def _damaged(trial, damage, text):
         shutil.copytree(path, copy)
     else:
         shutil.copyfile(path, copy)
-    damage(copy)
+    if change:
+        files = (file for file in (copy, *copy.rglob("*")) if file.is_file())
+        largest = max(files, key=lambda file: file.stat().st_size)
+        largest.write_bytes(change(largest.read_bytes()))
+    else:
+        shutil.rmtree(copy) if copy.is_dir() else copy.unlink()
     trial.send(trial.make("Restore", copy), f" of {text}")
     trial.expect_failure(73)
 
 
-def _remove(path):
-    shutil.rmtree(path) if path.is_dir() else path.unlink()
-
-
-def _largest_file(path):
-    return max((file for file in [path, *path.rglob("*")] if file.is_file()), key=lambda file: file.stat().st_size)
-
-
-def _empty(path):
-    _largest_file(path).write_bytes(b"")
-
-
-def _cut(path):
-    file = _largest_file(path)
-    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-
-
-def _overwrite(path):
-    file = _largest_file(path)
-    file.write_bytes(b"\xff" * file.stat().st_size)
-
-
 def checks(subject):
     damages = (
-        (_remove, "a file that does not exist"),
-        (_empty, "an empty file"),
-        (_cut, "half a file"),
-        (_overwrite, "a file overwritten with ones"),
+        (None, "a file that does not exist"),
+        (lambda content: b"", "an empty file"),
+        (lambda content: content[: len(content) // 2], "half a file"),
+        (lambda content: b"\xff" * len(content), "a file overwritten with ones"),
     )
     return [
         Check("checkpoints", "a run continues after Save as without it", _SAVE, _save_changes_nothing),
         Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
         Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
         Check("checkpoints", "Save to a folder that does not exist", _UNWRITABLE, _unwritable),
-        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged, (damage, text)) for damage, text in damages),
+        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
     ]

@@ -3,17 +3,10 @@
 import difflib
 import json
 
-from copepod_component.messages import FEATURES
+from copepod_component.messages import FEATURES, PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, message_name
 from copepod_conformance.component_process import run_to_end
 from copepod_conformance.conversation import CONTROL, DATA
-from copepod_conformance.protocol import (
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
-    ROLE_NUMBER,
-    Envelope,
-    content,
-    message_name,
-)
+from copepod_conformance.protocol import ROLE_NUMBER, content
 from copepod_conformance.verdicts import Check, Rule, Silence, Violation
 
 _HELLO = Rule(

@@ -37,7 +37,7 @@ def _finished(trial):
 def _pong_at_rest(trial):
     trial.configure(steps=2)
     trial.wait(0.2)  # the bulk update of the last step
-    pong, _ = trial.receive_pong(trial.ping())
+    pong, _ = trial.answer_to_ping()
     found = (pong.step, pong.received_sequence, pong.replied_sequence)
     if found != (1, trial.sequence, trial.sequence):
         raise Violation(
@@ -48,7 +48,7 @@ def _pong_at_rest(trial):
 def _pong_at_work(trial):
     trial.configure()
     _queue_steps(trial)
-    _, seconds = trial.receive_pong(trial.ping())
+    _, seconds = trial.answer_to_ping()
     if seconds > _PONG_S:
         raise Violation(f"a Pong after {seconds:.1f} s instead of {_PONG_S} s")
 
@@ -68,18 +68,20 @@ def _queue_steps(trial):
     trial.sent[-_BURST:] = [f"{_BURST} steps at once"]
 
 
-def _aborted(trial, state, code, codes=None):
+def _reach(trial, state):
     trial.reach(state)
     if state == "stepping":
         _queue_steps(trial)
+
+
+def _aborted(trial, state, code, codes=None):
+    _reach(trial, state)
     trial.abort(code)
     trial.expect_exit(*(codes or (code,)), within_s=_GRACE_S + _MARGIN_S)
 
 
 def _orphaned(trial, state):
-    trial.reach(state)
-    if state == "stepping":
-        _queue_steps(trial)
+    _reach(trial, state)
     trial.vanish()
     trial.expect_exit(69, within_s=_BROKEN_S + _GRACE_S + _MARGIN_S)
 
@@ -109,29 +111,10 @@ def _suspended(trial):
 def _nothing_left_after(trial, ending):
     trial.configure(steps=1)
     ending(trial)
+    trial.await_end(max(trial.subject.patience_s, _BROKEN_S + _GRACE_S + _MARGIN_S))
     left = trial.process.left_behind()
     if left:
         raise Violation(f"{len(left)} process(es) left behind: {'; '.join(left)}")
-
-
-def _end_by_finish(trial):
-    trial.request("Finish")
-    trial.await_end()
-
-
-def _end_by_failure(trial):
-    trial.send(trial.case.step_request(7))
-    trial.await_end()
-
-
-def _end_by_abort(trial):
-    trial.abort(70)
-    trial.await_end()
-
-
-def _end_by_orphaning(trial):
-    trial.vanish()
-    trial.await_end(within_s=_BROKEN_S + _GRACE_S + _MARGIN_S)
 
 
 def _idle(trial):
@@ -149,10 +132,10 @@ def _idle(trial):
 def checks(subject):
     end, lane = "ends", "control lane"
     endings = (
-        ("Finish", _end_by_finish),
-        ("a Failure", _end_by_failure),
-        ("an Abort", _end_by_abort),
-        ("the loss of the coupler", _end_by_orphaning),
+        ("Finish", lambda trial: trial.request("Finish")),
+        ("a Failure", lambda trial: trial.send(trial.case.step_request(7))),
+        ("an Abort", lambda trial: trial.abort(70)),
+        ("the loss of the coupler", lambda trial: trial.vanish()),
     )
     return [
         Check(lane, "a Pong has the state of a component that waits", _ALIVE, _pong_at_rest),

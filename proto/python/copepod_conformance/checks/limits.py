@@ -5,11 +5,13 @@ import math
 import secrets
 
 from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.internal.encoder import _VarintBytes as varint
 from google.protobuf.message import Message
 
+from copepod_component.messages import Envelope, message_name
 from copepod_conformance.cases import add_actuator
 from copepod_conformance.conversation import CONTROL
-from copepod_conformance.protocol import SETUP, STEP, Envelope, content, message_name
+from copepod_conformance.protocol import SETUP, STEP, content
 from copepod_conformance.verdicts import Check, Rule
 
 _SHAPE = Rule("Limits", "arrays whose lengths do not fit the number of bodies are refused with code 65")
@@ -82,44 +84,33 @@ def _fields_of(message, path=""):
             yield from _fields_of(inside[-1], f"{name}[{len(inside) - 1}].")
 
 
-def _field_of(message, path):
-    """The field of that path."""
-    return next(field for field in _fields_of(message) if field.path == path)
-
-
 def _spoilt_fields(request):
     """Lists too short and too long, values that no enumeration has; NaN and infinities where a number is."""
-    for field in _fields_of(content(request)):
+
+    def check(group, rule, field, change, text, thorough=False):
+        """`thorough`, too, if the field is inside another message."""
+        name, text = message_name(request), f"{field.path} {text}"
+
+        def spoil(message):
+            change(next(each for each in _fields_of(message) if each.path == field.path))
+
+        return Check(group, f"{name}.{text}", rule, _refused, (name, spoil, text), thorough or "." in field.path)
+
+    def put(group, rule, field, value, thorough):
+        return check(group, rule, field, lambda each: each.put(value), f"= {value}", thorough)
+
+    fields = list(_fields_of(content(request)))
+    for field in fields:
         if field.is_list:
-            yield _spoilt(request, field, _SHAPE, _shorten(field.path), "too short")
-            yield _spoilt(request, field, _SHAPE, _lengthen(field.path), "too long")
+            yield check("limits", _SHAPE, field, lambda each: each.entries.pop(), "too short")
+            yield check("limits", _SHAPE, field, lambda each: each.entries.append(each.entries[-1]), "too long")
         if field.descriptor.type == FieldDescriptor.TYPE_ENUM:
             for value in (_NO_VALUE, 0):
-                yield _spoilt(request, field, _ENUMERATION, _put(field.path, value), f"= {value}", value == 0)
-    for field in _fields_of(content(request)):
+                yield put("limits", _ENUMERATION, field, value, value == 0)
+    for field in fields:
         if field.descriptor.type == FieldDescriptor.TYPE_DOUBLE:
             for number in (math.nan, math.inf, -math.inf):
-                thorough = math.isinf(number)
-                yield _spoilt(request, field, _FINITE, _put(field.path, number), f"= {number}", thorough, "numbers")
-
-
-def _spoilt(request, field, rule, spoil, text, thorough=False, group="limits"):
-    """`thorough`, too, if the field is inside another message."""
-    name = message_name(request)
-    text = f"{field.path} {text}"
-    return Check(group, f"{name}.{text}", rule, _refused, (name, spoil, text), thorough or "." in field.path)
-
-
-def _shorten(path):
-    return lambda message: _field_of(message, path).entries.pop()
-
-
-def _lengthen(path):
-    return lambda message: _field_of(message, path).entries.append(_field_of(message, path).entries[-1])
-
-
-def _put(path, value):
-    return lambda message: _field_of(message, path).put(value)
+                yield put("numbers", _FINITE, field, number, math.isinf(number))
 
 
 def _raw(trial, data_of, text):
@@ -158,28 +149,20 @@ def _too_many_bodies(trial):
     many = inside.SerializeToString() + one.SerializeToString() * (_MOST_BODIES + 1 - len(inside.bodies))
     field = Envelope.DESCRIPTOR.fields_by_name[message.WhichOneof("body")].number
     message.ClearField("body")
-    data = message.SerializeToString() + _varint(field << 3 | 2) + _varint(len(many)) + many
+    data = message.SerializeToString() + varint(field << 3 | 2) + varint(len(many)) + many
     trial.send_bytes(data, f"{SETUP[trial.role]} with {_MOST_BODIES + 1} bodies")
     trial.expect_failure(65)
 
 
-def _varint(number):
-    result = bytearray()
-    while number > 0x7F:
-        result.append(number & 0x7F | 0x80)
-        number >>= 7
-    return bytes([*result, number])
-
-
 def _too_large(trial):
-    too_large = b"\xfa\x3f" + _varint(_MOST_BYTES) + bytes(_MOST_BYTES)
+    too_large = b"\xfa\x3f" + varint(_MOST_BYTES) + bytes(_MOST_BYTES)
     trial.configure()
     trial.send_bytes(too_large, f"{len(too_large)} bytes")
     trial.wait(_NOTICED_S)
     if trial.has_mail() or trial.process.exit_code() is not None:
         trial.expect_failure(65)
     else:  # ZeroMQ has dropped the message and its connection; the component must still be in our hands
-        trial.receive_pong(trial.ping())
+        trial.answer_to_ping()
         trial.abort(70)
         trial.expect_exit(70)
 
@@ -187,7 +170,7 @@ def _too_large(trial):
 def _garbage_on_control_lane(trial):
     trial.configure()
     trial.send_bytes(secrets.token_bytes(200), "200 random bytes", CONTROL)
-    trial.receive_pong(trial.ping())
+    trial.answer_to_ping()
     trial.finish()
 
 
@@ -210,39 +193,32 @@ def checks(subject):
     ]
 
 
-def _spring_to_nowhere(setup):
-    setup.springs.add(body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
-
-
-def _actuator_on_nothing(content):
-    add_actuator(content, "world_force", body_A=2)
-
-
-def _bend_to_nowhere(content):
-    content.bends.add(body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
-
-
-def _mean(start, stop, every):
-    def spoil(setup):
-        setup.fields.mean_start, setup.fields.mean_stop, setup.fields.mean_every_steps = start, stop, every
-
-    return spoil
-
-
-def _cells(*counts):
-    def spoil(setup):
-        setup.domain_cells[:] = counts
-
-    return spoil
-
-
 def _long_name(setup):
     setup.bodies[0].name = _LONG_TEXT
 
 
-def _snapshots_backwards(setup):
-    setup.fields.every_steps = -1
+def _spring_to_nowhere(setup):
+    setup.springs.add(body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
 
+
+def _actuator_on_nothing(setup):
+    add_actuator(setup, "world_force", body_A=2)
+
+
+def _bend_to_nowhere(setup):
+    setup.bends.add(body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
+
+
+def _output(**fields):
+    """Of fields, by a fluid."""
+    return lambda setup: setup.fields.MergeFrom(type(setup.fields)(**fields))
+
+
+def _cells(*counts):
+    return lambda setup: setup.domain_cells.__setitem__(slice(None), counts)
+
+
+_EVERY_0TH, _NO_STEP = _output(mean_stop=2), _output(mean_start=2, mean_stop=2, mean_every_steps=1)
 
 # By role: name of the check, rule, what is done to the setup, and how to describe that.
 _BAD_SETUPS = {
@@ -253,9 +229,9 @@ _BAD_SETUPS = {
         ("a bend to a body that does not exist", _INDEX, _bend_to_nowhere, "a bend of bodies 0, 1 and 2 of 2"),
     ),
     "fluid": (
-        ("a mean of every 0th step", _FIELDS, _mean(0, 2, 0), "a mean of every 0th of steps 0 to 2"),
-        ("a mean of no step", _FIELDS, _mean(2, 2, 1), "a mean of steps 2 to 2"),
-        ("snapshots every −1 steps", _FIELDS, _snapshots_backwards, "fields every −1 steps"),
+        ("a mean of every 0th step", _FIELDS, _EVERY_0TH, "a mean of every 0th of steps 0 to 2"),
+        ("a mean of no step", _FIELDS, _NO_STEP, "a mean of steps 2 to 2"),
+        ("snapshots every −1 steps", _FIELDS, _output(every_steps=-1), "fields every −1 steps"),
         ("a negative number of cells", _CELLS, _cells(32, -24, -24), "32 × −24 × −24 cells"),
         ("2⁹³ cells", _CELLS, _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells"),
     ),

@@ -1,5 +1,6 @@
 """Every state × every message: what the table allows is done, everything else is answered with a Failure."""
 
+from copepod_component.messages import legal_messages, transition
 from copepod_conformance import protocol
 from copepod_conformance.protocol import MESSAGES
 from copepod_conformance.subject import SAVED_STEP
@@ -11,7 +12,7 @@ _SAMPLING = 5
 
 def _rule(role, state, message):
     settled = protocol.settled(role, state)
-    row = protocol.transition(role, settled, message=message)
+    row = transition(role, settled, message=message)
     queued = f"a message waits until a {state} component is {settled}; there " if settled != state else ""
     if row is None and message in protocol.HANDSHAKE:
         return Rule("States", f"{queued}a {message} is ignored: the handshake is over")
@@ -26,7 +27,7 @@ def _rule(role, state, message):
 def _run(trial, state, message):
     role = trial.role
     settled = protocol.settled(role, state)
-    row = protocol.transition(role, settled, message=message)
+    row = transition(role, settled, message=message)
     can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
     saved = trial.subject.reference.checkpoint()[0] if row is not None and can and message == "Restore" else ""
     trial.reach(state)
@@ -44,7 +45,7 @@ def _run(trial, state, message):
         trial.welcome()
         trial.finish()
     else:
-        trial.expect_failure(_REFUSED, words=(settled, *protocol.legal_messages(role, settled)))
+        trial.expect_failure(_REFUSED, words=(settled, *legal_messages(role, settled)))
 
 
 def _send(trial, message, saved):
@@ -90,5 +91,5 @@ def checks(subject):
 
 def _is_sampled(role, place, state, message):
     """All that is not refused; of what is, some messages in each state and every message in some state."""
-    row = protocol.transition(role, protocol.settled(role, state), message=message)
+    row = transition(role, protocol.settled(role, state), message=message)
     return row is not None or message in protocol.HANDSHAKE or (MESSAGES.index(message) + place) % _SAMPLING == 0
