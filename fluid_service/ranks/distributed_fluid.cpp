@@ -21,13 +21,14 @@ constexpr std::size_t first_part_bytes = 256;
 struct Head {
   Order order;
   std::int64_t step;
+  std::size_t text_bytes;
 };
 
 }  // namespace
 
 void pack(const Command& command, std::vector<std::byte>& message) {
-  const Head head{command.order, command.step};
   const std::string text = command.order == Order::construct ? conversion::to_bytes(command.setup) : command.path;
+  const Head head{command.order, command.step, text.size()};
   message.resize(sizeof(head));
   std::memcpy(message.data(), &head, sizeof(head));
   const auto bytes = std::as_bytes(std::span(text));
@@ -36,8 +37,9 @@ void pack(const Command& command, std::vector<std::byte>& message) {
 
 void unpack(const std::vector<std::byte>& message, Command& command) {
   Head head{};
-  if (message.size() < sizeof(head)) throw std::logic_error("message between ranks is shorter than its contents");
-  std::memcpy(&head, message.data(), sizeof(head));
+  if (message.size() >= sizeof(head)) std::memcpy(&head, message.data(), sizeof(head));
+  if (message.size() < sizeof(head) || message.size() - sizeof(head) != head.text_bytes)
+    throw std::logic_error("message between ranks is shorter than its contents");
   command.order = head.order;
   command.step = head.step;
   command.path.assign(reinterpret_cast<const char*>(message.data()) + sizeof(head), message.size() - sizeof(head));
