@@ -1,14 +1,22 @@
 #pragma once
 
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "contract/errors.hpp"
 #include "contract/exchange.hpp"
+#include "contract/solver_context.hpp"
 
-// What every body solver of ours requires of its setup and of the loads of a step.
+// What every body solver of ours requires of its setup and of the loads of a step, and how it reports progress.
 
 namespace copepod::body {
+
+/// Called after every piece of a state that is written or read; empty without a context.
+inline std::function<void()> progress_reporter(SolverContext* context) {
+  if (context == nullptr) return {};
+  return [context] { context->report_progress(); };
+}
 
 inline void require_positive_step(double step_s) {
   if (step_s > 0.0 && std::isfinite(step_s)) return;

@@ -232,18 +232,13 @@ void RigidBodySolver::interpolate_drive(const AppliedLoads& applied, double from
   }
 }
 
-std::function<void()> RigidBodySolver::report_progress() const {
-  if (context_ == nullptr) return {};
-  return [this] { context_->report_progress(); };
-}
-
 void RigidBodySolver::save(const std::string& path) {
-  write_state(path, {layout_digest_, step_}, state_, report_progress(), memory());
+  write_state(path, {layout_digest_, step_}, state_, progress_reporter(context_), memory());
 }
 
 void RigidBodySolver::restore(const std::string& path) {
   std::vector<std::uint64_t> memory;
-  step_ = read_state(path, layout_digest_, state_, report_progress(), contacts_ ? &memory : nullptr);
+  step_ = read_state(path, layout_digest_, state_, progress_reporter(context_), contacts_ ? &memory : nullptr);
   if (contacts_)
     contacts_->restore(memory);
   else

@@ -58,8 +58,6 @@ class RigidBodySolver final : public BodySolver {
   void correct_joints(double at);
   [[nodiscard]] std::vector<std::uint64_t> memory() const;
 
-  [[nodiscard]] std::function<void()> report_progress() const;
-
   SolverContext* context_;
   std::uint64_t layout_digest_;  ///< of the setup: a saved state fits these bodies only
   EquationsOfMotion equations_;

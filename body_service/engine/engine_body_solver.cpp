@@ -79,19 +79,15 @@ void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   next = state_;
 }
 
-std::function<void()> EngineBodySolver::report_progress() const {
-  if (context_ == nullptr) return {};
-  return [this] { context_->report_progress(); };
-}
-
 void EngineBodySolver::save(const std::string& path) {
-  write_state(path, {layout_digest_, state_.step}, as_motion_state(state_), report_progress(), world_->memory());
+  write_state(path, {layout_digest_, state_.step}, as_motion_state(state_), progress_reporter(context_),
+              world_->memory());
 }
 
 void EngineBodySolver::restore(const std::string& path) {
   MotionState saved = as_motion_state(state_);
   std::vector<std::uint64_t> memory;
-  state_.step = read_state(path, layout_digest_, saved, report_progress(), &memory);
+  state_.step = read_state(path, layout_digest_, saved, progress_reporter(context_), &memory);
   if (memory.size() != world_->memory().size())
     throw StorageError("body state '" + path + "' is of other joints. Resume with the case file that wrote it.");
   world_->restore(memory);

@@ -40,7 +40,6 @@ class EngineBodySolver final : public BodySolver {
   SolverSummary summarise() override;
 
  private:
-  [[nodiscard]] std::function<void()> report_progress() const;
   void add_forces(const AppliedLoads& applied);
 
   SolverContext* context_;

@@ -123,26 +123,6 @@ Group group_of(const std::string& name, const std::vector<int>& numbers, const E
   return group;
 }
 
-/// Which groups hold which bodies.
-class Membership {
- public:
-  explicit Membership(const std::vector<Group>& groups) {
-    for (std::size_t group = 0; group < groups.size(); ++group)
-      for (const int body : groups[group].bodies) of_body_[body].push_back(group);
-  }
-
-  [[nodiscard]] std::vector<std::size_t> of_both(int body_A, int body_B) const {
-    std::vector<std::size_t> both;
-    const auto A = of_body_.find(body_A), B = of_body_.find(body_B);
-    if (A == of_body_.end() || B == of_body_.end()) return both;
-    std::ranges::set_intersection(A->second, B->second, std::back_inserter(both));
-    return both;
-  }
-
- private:
-  std::unordered_map<int, std::vector<std::size_t>> of_body_;  ///< groups in ascending order
-};
-
 Eigen::Matrix3Xd positions_m(const Group& group, const StepRecord& record) {
   return record.kinematics.position_m(Eigen::all, group.bodies);
 }
@@ -201,14 +181,20 @@ std::vector<Group> groups_of(const Case& the_case, const Assembly& assembly) {
   for (std::size_t i = 0; i < the_case.groups.size(); ++i)
     groups.push_back(group_of(the_case.groups[i].name, assembly.groups[i], the_case.groups[i].axis, assembly));
 
-  const Membership membership(groups);
+  std::unordered_map<int, std::vector<std::size_t>> of_body;  // groups in ascending order
+  for (std::size_t group = 0; group < groups.size(); ++group)
+    for (const int body : groups[group].bodies) of_body[body].push_back(group);
+  const auto of_both = [&](int body_A, int body_B) {
+    std::vector<std::size_t> both;
+    std::ranges::set_intersection(of_body[body_A], of_body[body_B], std::back_inserter(both));
+    return both;
+  };
   for (const SpringSpecification& spring : assembly.springs)
-    for (const std::size_t group : membership.of_both(spring.body_A, spring.body_B))
+    for (const std::size_t group : of_both(spring.body_A, spring.body_B))
       groups[group].arms.push_back({spring.body_A, spring.body_B});
   std::vector<DriveTiming> drives(groups.size());
   for (const auto& [actuator, signal] : assembly.drive)
-    for (const std::size_t group :
-         membership.of_both(actuator.body_A, actuator.body_B < 0 ? actuator.body_A : actuator.body_B))
+    for (const std::size_t group : of_both(actuator.body_A, actuator.body_B < 0 ? actuator.body_A : actuator.body_B))
       drives[group].add(signal);
   for (std::size_t i = 0; i < groups.size(); ++i) {
     const bool is_named = i >= the_case.swimmers.size();

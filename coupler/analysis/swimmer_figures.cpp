@@ -1,11 +1,12 @@
 #include "analysis/swimmer_figures.hpp"
 
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "config/sections/sections.hpp"
+#include "contract/words.hpp"
 
 namespace copepod::coupler {
 
@@ -41,51 +42,44 @@ double rest_length_m(const Swimmer& swimmer) {
   return length;
 }
 
-OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures,
-                        const SwimmerMeasurement& measured, const Swimmer& swimmer, const FluidCase& fluid) {
+OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures, const Cycle& cycle,
+                        const Swimmer& swimmer, const FluidCase& fluid) {
   OmegaFigures at;
   at.omega_rad_per_s = omega_rad_per_s;
   // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
-  at.u_GA_m_per_s = figures.K_per_m * measured.arms[0].amplitude_m * measured.arms[1].amplitude_m * omega_rad_per_s *
-                    figures.sin_dphi;
+  at.u_GA_m_per_s = figures.K_per_m * cycle.arms(1, 0) * cycle.arms(1, 1) * omega_rad_per_s * figures.sin_dphi;
   at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
   const std::array<double, 3> radii_m = equivalent_radii_m(swimmer);
   at.efficiency = efficiency(radii_m[0] + radii_m[1] + radii_m[2], figures.u_swim_m_per_s, power_W, fluid);
   return at;
 }
 
-std::array<std::optional<double>, 3> reynolds_numbers(const std::array<double, 3>& speed_m_per_s,
-                                                      const Swimmer& swimmer, const FluidCase& fluid) {
+std::array<std::optional<double>, 3> reynolds_numbers(const Eigen::Vector3d& speed_m_per_s, const Swimmer& swimmer,
+                                                      const FluidCase& fluid) {
   std::array<std::optional<double>, 3> numbers;
   const double viscosity = fluid.kinematic_viscosity_m2_per_s;
-  for (std::size_t bead = 0; bead < 3 && viscosity > 0.0; ++bead)
+  for (int bead = 0; bead < 3 && viscosity > 0.0; ++bead)
     numbers[bead] = speed_m_per_s[bead] * extent_along_m(swimmer.beads[bead]) / viscosity;
   return numbers;
 }
 
-SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case) {
-  const ArmFit& arm1 = measured.arms[0];
-  const ArmFit& arm2 = measured.arms[1];
+SwimmerFigures evaluate(const Cycle& cycle, const Eigen::Vector3d& axis, const Swimmer& swimmer, const Case& the_case) {
   const double period_s = static_cast<double>(swimmer.three_beads->stroke.period_steps) * the_case.step_s;
   SwimmerFigures figures;
-  figures.u_swim_m_per_s = measured.displacement_m / period_s;
-  figures.sin_dphi = std::sin(arm1.phase_rad - arm2.phase_rad);
-  figures.K_per_m = geometrical_factor_per_m(equivalent_radii_m(swimmer), {arm1.mean_m, arm2.mean_m});
-  figures.at_omega = figures_at(2.0 * pi / period_s, measured.mean_power_W, figures, measured, swimmer, the_case.fluid);
+  figures.u_swim_m_per_s = cycle.displacement_m.col(1).dot(axis) / period_s;
+  figures.sin_dphi = std::sin(cycle.arms(2, 0) - cycle.arms(2, 1));
+  figures.K_per_m = geometrical_factor_per_m(equivalent_radii_m(swimmer), {cycle.arms(0, 0), cycle.arms(0, 1)});
+  figures.at_omega = figures_at(2.0 * pi / period_s, cycle.power_W, figures, cycle, swimmer, the_case.fluid);
   const double viscosity = the_case.fluid.kinematic_viscosity_m2_per_s;
   if (viscosity > 0.0) figures.Re_swim = std::abs(figures.u_swim_m_per_s) * rest_length_m(swimmer) / viscosity;
-  figures.Re_bodies = reynolds_numbers(measured.max_speed_m_per_s, swimmer, the_case.fluid);
+  figures.Re_bodies = reynolds_numbers(cycle.max_speed_along_m_per_s, swimmer, the_case.fluid);
   return figures;
 }
 
 double rounded_omega_per_step(std::int64_t period_steps) {
   // Through decimal text, because the captions round decimal digits and 22 × 10⁻⁵ in binary is not quite
   // 0.00022.
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1e", 2.0 * std::numbers::pi / static_cast<double>(period_steps));
-  double rounded = 0.0;
-  std::from_chars(text.data(), text.data() + text.size(), rounded);
-  return rounded;
+  return number_in<double>(fmt::format("{:.1e}", 2.0 * pi / static_cast<double>(period_steps))).value();
 }
 
 double power_with_rounded_omega_W(const Stroke& stroke, int first_body, const Eigen::Vector3d& axis,
@@ -103,13 +97,14 @@ double power_with_rounded_omega_W(const Stroke& stroke, int first_body, const Ei
   return power_W;
 }
 
-FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const SwimmerMeasurement& measured, double power_W,
-                                      const Swimmer& swimmer, const Case& the_case) {
+FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const Cycle& cycle, const Swimmer& swimmer,
+                                      const Case& the_case) {
   FiguresAsInPaper result;
   const double omega_rad_per_s = rounded_omega_per_step(swimmer.three_beads->stroke.period_steps) / the_case.step_s;
-  result.at_rounded_omega = figures_at(omega_rad_per_s, power_W, figures, measured, swimmer, the_case.fluid);
-  const auto& [B2, B1, B3] = measured.max_speed_m_per_s;
-  result.Re_bodies = reynolds_numbers({B1, B2, B3}, swimmer, the_case.fluid);
+  result.at_rounded_omega =
+      figures_at(omega_rad_per_s, *cycle.power_as_in_paper_W, figures, cycle, swimmer, the_case.fluid);
+  const Eigen::Vector3d speed_m_per_s = cycle.max_speed_along_m_per_s;
+  result.Re_bodies = reynolds_numbers({speed_m_per_s[1], speed_m_per_s[0], speed_m_per_s[2]}, swimmer, the_case.fluid);
   return result;
 }
 

@@ -3,27 +3,14 @@
 #include <array>
 #include <optional>
 
+#include "analysis/cycle.hpp"
 #include "config/sections/case.hpp"
 #include "contract/shape.hpp"
 #include "observers/observer.hpp"
 
 namespace copepod::coupler {
 
-/// One arm over a whole period: l(t) = l̄ + d cos(ωt + φ)   [paper, eq. (27)].
-struct ArmFit {
-  double mean_m = 0.0;
-  double amplitude_m = 0.0;
-  double phase_rad = 0.0;
-};
-
-/// What was measured of a swimmer in the last full driven period; SI units. Beads: trailing B2, middle B1,
-/// leading B3.
-struct SwimmerMeasurement {
-  double displacement_m = 0.0;                ///< of the middle bead along the axis
-  std::array<ArmFit, 2> arms;                 ///< B2-B1, B1-B3
-  double mean_power_W = 0.0;                  ///< (1/T) ∫ Σ F_dri · u dt
-  std::array<double, 3> max_speed_m_per_s{};  ///< of B2, B1, B3 along the axis
-};
+// Beads of a three-bead swimmer: trailing B2, middle B1, leading B3; arms B2-B1, B1-B3.
 
 /// The figures that depend on ω.
 struct OmegaFigures {
@@ -60,15 +47,16 @@ double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std:
 double rest_length_m(const Swimmer& swimmer);
 
 /// @param power_W  mean driving power
-OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures,
-                        const SwimmerMeasurement& measured, const Swimmer& swimmer, const FluidCase& fluid);
+OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures, const Cycle& cycle,
+                        const Swimmer& swimmer, const FluidCase& fluid);
 
 /// Reynolds numbers of B2, B1, B3 [paper, eq. (26)], absent in vacuum.
-std::array<std::optional<double>, 3> reynolds_numbers(const std::array<double, 3>& speed_m_per_s,
-                                                      const Swimmer& swimmer, const FluidCase& fluid);
+std::array<std::optional<double>, 3> reynolds_numbers(const Eigen::Vector3d& speed_m_per_s, const Swimmer& swimmer,
+                                                      const FluidCase& fluid);
 
-/// Equations (24)-(31) of the paper from one period's measurement.
-SwimmerFigures evaluate(const SwimmerMeasurement& measured, const Swimmer& swimmer, const Case& the_case);
+/// Equations (24)-(31) of the paper, of the last full driven period.
+/// @param axis  own axis at its start
+SwimmerFigures evaluate(const Cycle& cycle, const Eigen::Vector3d& axis, const Swimmer& swimmer, const Case& the_case);
 
 // What repeats the paper's tables where they deviate from its equations: ω rounded as in the captions, and
 // Reynolds numbers in exchanged columns. No other evaluation uses it [docs/theory.md].
@@ -88,8 +76,8 @@ struct FiguresAsInPaper {
   std::array<std::optional<double>, 3> Re_bodies;  ///< velocities of B2 and B1 exchanged
 };
 
-/// @param power_W  mean of power_with_rounded_omega_W
-FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const SwimmerMeasurement& measured, double power_W,
-                                      const Swimmer& swimmer, const Case& the_case);
+/// @param cycle  with the mean of power_with_rounded_omega_W
+FiguresAsInPaper evaluate_as_in_paper(const SwimmerFigures& figures, const Cycle& cycle, const Swimmer& swimmer,
+                                      const Case& the_case);
 
 }  // namespace copepod::coupler

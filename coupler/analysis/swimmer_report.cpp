@@ -29,17 +29,14 @@ ordered_json by_bead(const std::array<std::optional<double>, 3>& values) {
 
 /// Converts to lattice units; NaN, hence null, without a lattice.
 struct Lattice {
+  explicit Lattice(const Case& the_case)
+      : cell_size_m(the_case.fluid.cell_size_m > 0.0 ? the_case.fluid.cell_size_m : std::nan("")),
+        step_s(the_case.step_s) {}
   double cell_size_m;
   double step_s;
-  [[nodiscard]] double velocity(double velocity_m_per_s) const {
-    return cell_size_m > 0.0 ? velocity_m_per_s * step_s / cell_size_m : std::nan("");
-  }
-  [[nodiscard]] double length(double length_m) const {
-    return cell_size_m > 0.0 ? length_m / cell_size_m : std::nan("");
-  }
-  [[nodiscard]] double inverse_length(double per_m) const {
-    return cell_size_m > 0.0 ? per_m * cell_size_m : std::nan("");
-  }
+  [[nodiscard]] double velocity(double velocity_m_per_s) const { return velocity_m_per_s * step_s / cell_size_m; }
+  [[nodiscard]] double length(double length_m) const { return length_m / cell_size_m; }
+  [[nodiscard]] double inverse_length(double per_m) const { return per_m * cell_size_m; }
 };
 
 /// Published figures at the places where the report has its own.
@@ -131,21 +128,6 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   return report;
 }
 
-/// What the paper's equations take from a cycle of a three-bead swimmer.
-SwimmerMeasurement measurement(const Cycle& cycle, const Group& group) {
-  const Eigen::Vector3d axis = cycle.turned * group.axis;
-  SwimmerMeasurement measured;
-  measured.displacement_m = cycle.displacement_m.col(1).dot(axis);
-  for (std::size_t arm = 0; arm < 2; ++arm) {
-    const Eigen::Vector3d fit = cycle.arms.col(static_cast<Eigen::Index>(arm));
-    measured.arms[arm] = {fit[0], fit[1], fit[2]};
-  }
-  measured.mean_power_W = cycle.power_W;
-  for (std::size_t bead = 0; bead < 3; ++bead)
-    measured.max_speed_m_per_s[bead] = cycle.max_speed_along_m_per_s[static_cast<Eigen::Index>(bead)];
-  return measured;
-}
-
 /// The figures of the paper's tables, of the last driven cycle.
 void add_figures_of_paper(ordered_json& report, const Swimmer& swimmer, const Group& group, const Cycle& cycle,
                           const Case& the_case, const Lattice& lattice) {
@@ -160,26 +142,22 @@ void add_figures_of_paper(ordered_json& report, const Swimmer& swimmer, const Gr
     }
     return;
   }
-  const SwimmerMeasurement measured = measurement(cycle, group);
-  const SwimmerFigures figures = evaluate(measured, swimmer, the_case);
+  const SwimmerFigures figures = evaluate(cycle, cycle.turned * group.axis, swimmer, the_case);
   report["u_swim_lattice"] = number(lattice.velocity(figures.u_swim_m_per_s));
   report["u_swim_m_per_s"] = number(figures.u_swim_m_per_s);
-  report["d1_cells"] = number(lattice.length(measured.arms[0].amplitude_m));
-  report["d2_cells"] = number(lattice.length(measured.arms[1].amplitude_m));
+  report["d1_cells"] = number(lattice.length(cycle.arms(1, 0)));
+  report["d2_cells"] = number(lattice.length(cycle.arms(1, 1)));
   report["sin_dphi"] = number(figures.sin_dphi);
-  report["mean_arm_cells"] = {number(lattice.length(measured.arms[0].mean_m)),
-                              number(lattice.length(measured.arms[1].mean_m))};
+  report["mean_arm_cells"] = {number(lattice.length(cycle.arms(0, 0))), number(lattice.length(cycle.arms(0, 1)))};
   report["K"] = number(lattice.inverse_length(figures.K_per_m));
   report.update(omega_figures(figures.at_omega, lattice));
   report["Re_swim"] = number(figures.Re_swim);
   report["Re_bodies"] = by_bead(figures.Re_bodies);
-  report["mean_power_W"] = number(measured.mean_power_W);
-  report["max_speed_m_per_s"] = {{"B2", number(measured.max_speed_m_per_s[0])},
-                                 {"B1", number(measured.max_speed_m_per_s[1])},
-                                 {"B3", number(measured.max_speed_m_per_s[2])}};
+  report["mean_power_W"] = number(cycle.power_W);
+  const Eigen::Vector3d speed_m_per_s = cycle.max_speed_along_m_per_s;
+  report["max_speed_m_per_s"] = by_bead({speed_m_per_s[0], speed_m_per_s[1], speed_m_per_s[2]});
   if (!cycle.power_as_in_paper_W) return;
-  const FiguresAsInPaper as_in_paper =
-      evaluate_as_in_paper(figures, measured, *cycle.power_as_in_paper_W, swimmer, the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, cycle, swimmer, the_case);
   ordered_json paper = omega_figures(as_in_paper.at_rounded_omega, lattice);
   paper["Re_bodies"] = by_bead(as_in_paper.Re_bodies);
   paper["mean_power_W"] = number(*cycle.power_as_in_paper_W);
@@ -245,7 +223,7 @@ Eigen::VectorXd nearest_distances_m(const Eigen::Matrix3Xd& points_m, const std:
 }
 
 ordered_json swimmer_reports(const Case& the_case, const CycleObserver& observer) {
-  const Lattice lattice{the_case.fluid.cell_size_m, the_case.step_s};
+  const Lattice lattice(the_case);
   ordered_json reports = {{"swimmers", ordered_json::array()}};
   for (std::size_t i = 0; i < the_case.swimmers.size(); ++i) {
     const Swimmer& swimmer = the_case.swimmers[i];

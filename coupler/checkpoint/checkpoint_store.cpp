@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <map>
 #include <set>
 
 #include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
 
-#include "checkpoint/whole_number.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "storage/checksum.hpp"
@@ -48,11 +47,7 @@ std::string find_damage_of_file(const fs::path& folder, const ordered_json& file
   return {};
 }
 
-std::string name_of_step(std::int64_t step) {
-  std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "%s%09lld", name_start, static_cast<long long>(step));
-  return name.data();
-}
+std::string name_of_step(std::int64_t step) { return fmt::format("{}{:09}", name_start, step); }
 
 /// Step in a checkpoint's name, −1 if it is not the name of one.
 std::int64_t step_of_name(const std::string& name) {

@@ -7,7 +7,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "checkpoint/whole_number.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::coupler {
@@ -126,6 +125,16 @@ void decode(const ordered_json& json, Members& members) {
 }
 
 }  // namespace
+
+template <class Integer>
+Integer whole_number(const ordered_json& json) {
+  if (!json.is_number_integer())
+    throw StorageError("a checkpoint has " + json.dump(-1, ' ', false, ordered_json::error_handler_t::replace) +
+                       " for a whole number (damaged). Use another one.");
+  return json.get<Integer>();
+}
+template std::int64_t whole_number(const ordered_json&);
+template std::uint64_t whole_number(const ordered_json&);
 
 ordered_json to_json(const CouplerState& state) {
   ordered_json swimmers = ordered_json::array();

@@ -35,6 +35,12 @@ struct CouplerState {
   std::string body_component;
 };
 
+/// An integer of a checkpoint. A number of another kind is none: its value need not fit, and converting it
+/// anyway is undefined behaviour.
+/// @throws StorageError
+template <class Integer>
+Integer whole_number(const nlohmann::ordered_json& json);
+
 nlohmann::ordered_json to_json(const CouplerState& state);
 
 /// @throws StorageError if something is missing or of the wrong kind

@@ -55,59 +55,52 @@ LoadedCase read_one(const Document& document) {
   return loaded;
 }
 
-/// Lines of several members of a sweep, each with the members that have it.
-class LinesOfMembers {
- public:
-  void add(const std::string& line, const std::string& member) {
-    const auto found = std::ranges::find(lines_, line, &Line::text);
-    if (found != lines_.end())
-      ++found->members;
-    else
-      lines_.push_back({line, member, 1});
-  }
-
-  [[nodiscard]] bool empty() const { return lines_.empty(); }
-
-  /// With the first of the members, unless all of them have the line.
-  [[nodiscard]] std::vector<std::string> texts(std::size_t members) const {
-    constexpr std::size_t most = 20;
-    std::vector<std::string> result;
-    for (const Line& line : std::span(lines_).first(std::min(most, lines_.size()))) {
-      const std::string others =
-          line.members == 1 ? ""
-                            : " and " + std::to_string(line.members - 1) + (line.members == 2 ? " other" : " others");
-      result.push_back(line.members == members ? line.text
-                                               : line.text + " [in member " + line.first_member + others + "]");
-    }
-    if (lines_.size() > most) result.push_back("… and " + std::to_string(lines_.size() - most) + " more like these.");
-    return result;
-  }
-
- private:
-  struct Line {
-    std::string text;
-    std::string first_member;
-    std::size_t members;
-  };
-  std::vector<Line> lines_;
+/// A line of several members of a sweep.
+struct LineOfMembers {
+  std::string text;
+  std::string first_member;
+  std::size_t members;
 };
+
+void add_line(std::vector<LineOfMembers>& lines, const std::string& text, const std::string& member) {
+  const auto found = std::ranges::find(lines, text, &LineOfMembers::text);
+  if (found != lines.end())
+    ++found->members;
+  else
+    lines.push_back({text, member, 1});
+}
+
+/// Each line with the first of its members, unless all of them have it.
+std::vector<std::string> texts_of(const std::vector<LineOfMembers>& lines, std::size_t members) {
+  constexpr std::size_t most = 20;
+  std::vector<std::string> result;
+  for (const LineOfMembers& line : std::span(lines).first(std::min(most, lines.size()))) {
+    const std::string others =
+        line.members == 1 ? ""
+                          : " and " + std::to_string(line.members - 1) + (line.members == 2 ? " other" : " others");
+    result.push_back(line.members == members ? line.text
+                                             : line.text + " [in member " + line.first_member + others + "]");
+  }
+  if (lines.size() > most) result.push_back("… and " + std::to_string(lines.size() - most) + " more like these.");
+  return result;
+}
 
 /// Checks every member of a sweep, so that none fails after hours.
 LoadedCase read_members(const Document& document, const Sweep& sweep) {
-  LinesOfMembers errors, warnings;
+  std::vector<LineOfMembers> errors, warnings;
   std::optional<LoadedCase> first;
   const std::size_t members = member_count(sweep);
   for (std::size_t member = 0; member < members; ++member) {
     try {
       LoadedCase loaded = read_one(document.with(assignments_of(sweep, member)));
-      for (const std::string& line : loaded.warnings) warnings.add(line, member_text(sweep, member));
+      for (const std::string& line : loaded.warnings) add_line(warnings, line, member_text(sweep, member));
       if (!first) first = std::move(loaded);
     } catch (const CaseInvalid& invalid) {
-      for (const std::string& line : invalid.lines()) errors.add(line, member_text(sweep, member));
+      for (const std::string& line : invalid.lines()) add_line(errors, line, member_text(sweep, member));
     }
   }
-  if (!errors.empty()) throw CaseInvalid(errors.texts(members));
-  first->warnings = warnings.texts(members);
+  if (!errors.empty()) throw CaseInvalid(texts_of(errors, members));
+  first->warnings = texts_of(warnings, members);
   first->sweep = sweep;
   return std::move(*first);
 }

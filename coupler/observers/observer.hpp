@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -31,22 +30,6 @@ class Observer {
 
   /// Called once after the last step, with the state at its end and the loads and forces that led there.
   virtual void finish(const StepRecord& last) = 0;
-};
-
-/// Hands every record to several observers, in order.
-class Observers final : public Observer {
- public:
-  /// @param observer  must outlive this object
-  void add(Observer& observer) { observers_.push_back(&observer); }
-  void observe(const StepRecord& record) override {
-    for (Observer* observer : observers_) observer->observe(record);
-  }
-  void finish(const StepRecord& last) override {
-    for (Observer* observer : observers_) observer->finish(last);
-  }
-
- private:
-  std::vector<Observer*> observers_;
 };
 
 }  // namespace copepod::coupler

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <optional>
-#include <random>
 
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "conversion/limits.hpp"
+#include "system/process.hpp"
 
 namespace copepod::coupler {
 
@@ -16,11 +16,6 @@ using session::Lane;
 using session::MessageKind;
 
 namespace {
-
-std::uint64_t random_number() {
-  std::random_device device;
-  return (std::uint64_t{device()} << 32U) | device();
-}
 
 /// Grows from one coupler to the next on a machine.
 std::uint64_t microseconds_since_1970() {
@@ -80,7 +75,7 @@ std::string Handshake::handle(const transport::Frame& frame, double now_s) {
     admit(*hello, frame.peer, *verdict.minor, now_s);
     return {};
   }
-  refuse(frame.peer, verdict.reason);
+  router_.send(frame.peer, encoder_.encode(session::Header{}, session::Refusal{verdict.reason}));
   if (!verdict.is_stranger && hello->lane == Lane::data) throw Refused(verdict.reason);
   return verdict.reason;
 }
@@ -105,10 +100,6 @@ void Handshake::admit(const Hello& hello, const std::string& peer, std::uint32_t
     party.liveness.last_change_s = now_s;
   }
   router_.send(peer, encoder_.encode(session::Header{}, session::Welcome{minor, session_id_, epoch_}));
-}
-
-void Handshake::refuse(const std::string& peer, const std::string& reason) {
-  router_.send(peer, encoder_.encode(session::Header{}, session::Refusal{reason}));
 }
 
 }  // namespace copepod::coupler

@@ -73,7 +73,6 @@ class Handshake {
 
  private:
   void admit(const session::Hello& hello, const std::string& peer, std::uint32_t minor, double now_s);
-  void refuse(const std::string& peer, const std::string& reason);
   [[nodiscard]] bool is_role_taken(const session::Hello& hello) const;
 
   transport::Router& router_;

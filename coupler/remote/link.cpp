@@ -49,7 +49,10 @@ void require_entitlement(const Party& party, const transport::Frame& frame) {
                 " component). Find out who sent it; the run cannot be trusted.");
 }
 
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+/// Of a message beside the requests.
+session::Header sessions_header(const Party& party) {
+  return {.session_id = party.session.session_id, .epoch = party.session.epoch};
+}
 
 std::uint64_t stamp_ns() {
   return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
@@ -100,10 +103,7 @@ void Link::abort(const FailureReport& report) noexcept {
   try {
     for (Party& party : parties_) {
       if (party.control_peer.empty() || party.is_finished()) continue;
-      session::Header header;
-      header.session_id = party.session.session_id;
-      header.epoch = party.session.epoch;
-      router_->send(party.control_peer, control_encoder_.encode_abort(header, report));
+      router_->send(party.control_peer, control_encoder_.encode_abort(sessions_header(party), report));
     }
   } catch (...) {  // the run is over already; components notice by themselves that the coupler is gone
   }
@@ -214,11 +214,8 @@ void Link::handle_control(Party& party, const transport::Frame& frame) {
 }
 
 void Link::ping(Party& party) {
-  session::Header header;
-  header.session_id = party.session.session_id;
-  header.epoch = party.session.epoch;
   party.liveness = on_ping(party.liveness, patience_, now_s());
-  router_->send(party.control_peer, control_encoder_.encode(header, session::Ping{stamp_ns()}));
+  router_->send(party.control_peer, control_encoder_.encode(sessions_header(party), session::Ping{stamp_ns()}));
 }
 
 void Link::look_after(Party& party) {

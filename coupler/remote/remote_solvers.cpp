@@ -84,16 +84,11 @@ void RemoteBody::step(const AppliedLoads& applied, Kinematics& next) {
 }
 
 RemoteComponents::RemoteComponents(const Options& options, const ServicesCase& services,
-                                   const std::atomic<int>& stop_signal) {
-  settings_.connect_deadline_s = services.connect_deadline_s;
-  settings_.progress_deadline_s = services.progress_deadline_s;
-  settings_.silence_s = services.silence_s;
-  settings_.endpoint = options.endpoint;
-  settings_.session = options.session;
-  settings_.key_file = options.key_file;
-  settings_.wire_file = options.wire_file;
-  settings_.stop_signal = &stop_signal;
-}
+                                   const std::atomic<int>& stop_signal)
+    : settings_{options.endpoint,   options.session,
+                options.key_file,   services.connect_deadline_s,
+                services.silence_s, services.progress_deadline_s,
+                options.wire_file,  &stop_signal} {}
 
 void RemoteComponents::connect() {
   link_.emplace(settings_);

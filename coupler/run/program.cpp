@@ -15,7 +15,6 @@
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
 #include "config/yaml/reader.hpp"
-#include "config/yaml/yaml_text.hpp"
 #include "observers/events.hpp"
 #include "run/run_case.hpp"
 #include "run/summary.hpp"

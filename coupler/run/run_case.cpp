@@ -165,7 +165,7 @@ void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
                                            ? largest_speed_lu * the_case.fluid.cell_size_m / the_case.step_s
                                            : std::numeric_limits<double>::infinity();
   const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies, largest_speed_m_per_s);
-  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers.all(), timeline_,
+  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers, timeline_,
                         virtual_mass_, lubrication_);
   if (checkpoint) {
     scheme.restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);

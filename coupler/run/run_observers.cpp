@@ -34,7 +34,7 @@ std::filesystem::path trajectory_of(const LoadedCase& loaded, const RunDirectory
 RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
                            const CouplerState* resumed, std::int64_t& step)
     : directory_(directory),
-      keeper_(step),
+      step_(step),
       trajectory_path_(trajectory_of(loaded, directory, resumed)),
       trajectory_(trajectory_path_.string(), body_names(loaded.assembly), loaded.content.step_s,
                   loaded.content.output.trajectory_every_steps, loaded.content.output.trajectory_from_step,
@@ -53,12 +53,18 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
                     make_body_setup(loaded.content, loaded.assembly).periodic_length_m, every_steps,
                     resumed == nullptr ? 0 : resumed->step);
   }
-  all_.add(keeper_);
-  all_.add(trajectory_);
-  if (bodies_) all_.add(*bodies_);
-  all_.add(cycles_);
-  all_.add(balance_);
-  all_.add(progress_);
+  all_ = {&trajectory_, &cycles_, &balance_, &progress_};
+  if (bodies_) all_.insert(all_.begin() + 1, &*bodies_);
+}
+
+void RunObservers::observe(const StepRecord& record) {
+  step_ = record.step;
+  for (Observer* observer : all_) observer->observe(record);
+}
+
+void RunObservers::finish(const StepRecord& last) {
+  step_ = last.step;
+  for (Observer* observer : all_) observer->finish(last);
 }
 
 TableEnds RunObservers::sync_files() {

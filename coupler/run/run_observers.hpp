@@ -17,20 +17,8 @@
 
 namespace copepod::coupler {
 
-/// Remembers how far a run came, for the report of a failure.
-class StepKeeper final : public Observer {
- public:
-  /// @param step  overwritten with every step; must outlive this object
-  explicit StepKeeper(std::int64_t& step) : step_(step) {}
-  void observe(const StepRecord& record) override { step_ = record.step; }
-  void finish(const StepRecord& last) override { step_ = last.step; }
-
- private:
-  std::int64_t& step_;
-};
-
 /// The observers of a run: trajectory, surfaces of the bodies, analysis, progress.
-class RunObservers {
+class RunObservers final : public Observer {
  public:
   /// References must outlive this object.
   /// @param resumed  the checkpoint that the run continues from; null: it starts
@@ -39,7 +27,8 @@ class RunObservers {
   RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events, const CouplerState* resumed,
                std::int64_t& step);
 
-  Observer& all() { return all_; }
+  void observe(const StepRecord& record) override;
+  void finish(const StepRecord& last) override;
 
   [[nodiscard]] CycleObserver& cycles() { return cycles_; }
   [[nodiscard]] Balance& balance() { return balance_; }
@@ -50,7 +39,7 @@ class RunObservers {
 
  private:
   const RunDirectory& directory_;
-  StepKeeper keeper_;
+  std::int64_t& step_;
   std::filesystem::path trajectory_path_;
   TrajectoryWriter trajectory_;
   std::optional<BodiesWriter> bodies_;  ///< if asked for
@@ -58,7 +47,7 @@ class RunObservers {
   std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
   CycleObserver cycles_;
   Balance balance_;
-  Observers all_;
+  std::vector<Observer*> all_;  ///< in the order of their calls
 };
 
 }  // namespace copepod::coupler

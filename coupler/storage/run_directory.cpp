@@ -1,7 +1,6 @@
 #include "storage/run_directory.hpp"
 
-#include <array>
-#include <cstdio>
+#include <spdlog/fmt/fmt.h>
 
 #include "contract/errors.hpp"
 
@@ -19,9 +18,8 @@ void make_folder(const std::filesystem::path& folder) {
 /// A resumed run finds the recordings of the attempts before it.
 std::filesystem::path first_free(const std::filesystem::path& folder, const char* extension) {
   for (int attempt = 1;; ++attempt) {
-    std::array<char, 32> name{};
-    std::snprintf(name.data(), name.size(), "attempt_%03d%s", attempt, extension);
-    if (!std::filesystem::exists(folder / name.data())) return folder / name.data();
+    const std::filesystem::path file = folder / fmt::format("attempt_{:03}{}", attempt, extension);
+    if (!std::filesystem::exists(file)) return file;
   }
 }
 

@@ -15,6 +15,7 @@
 
 #include "contract/errors.hpp"
 #include "ranks/rank_failure.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::fluid {
 
@@ -70,6 +71,14 @@ std::recursive_mutex& library_mutex() {
   return mutex;
 }
 
+/// Selects a part of a dataset.
+/// @return its shape in memory; invalid if that failed
+Handle selected(hid_t space, const Hdf5File::Extent& start, const Hdf5File::Extent& count) {
+  const bool done =
+      H5Sselect_hyperslab(space, H5S_SELECT_SET, sizes(start).data(), nullptr, sizes(count).data(), nullptr) >= 0;
+  return {done ? H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr) : -1, H5Sclose};
+}
+
 hid_t open_file(const std::string& path, Hdf5File::Access kind) {
   H5dont_atexit();                              // at exit HDF5 would flush again what a full disk refused, and crash
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to report
@@ -97,6 +106,18 @@ int allocate(int file, std::int64_t start, std::int64_t bytes, SolverContext& co
   return error;
 }
 
+/// @param take  with the file and its size; returns the bytes that it takes, and an error's number or 0
+template <class Take>
+void take_space(const std::string& path, int flags, const Take& take) {
+  const int file = open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0644);
+  if (file < 0) throw storage_error(path, "open it", errno);
+  struct stat status {};
+  const auto [bytes, error] =
+      fstat(file, &status) != 0 ? std::pair(std::int64_t{0}, errno) : take(file, status.st_size);
+  close(file);
+  if (error != 0) throw storage_error(path, "get " + std::to_string(bytes) + " bytes of disk space", error);
+}
+
 /// All ranks learn the text of rank `speaker`.
 std::string spread(Communicator& communicator, int speaker, const std::string& own) {
   FailureReport report;
@@ -106,9 +127,9 @@ std::string spread(Communicator& communicator, int speaker, const std::string& o
   for (int peer = 0; peer < communicator.size(); ++peer) {
     if (peer == communicator.rank()) continue;
     if (communicator.rank() == speaker) {
-      messages.push_back({peer, std::as_bytes(std::span(packet)), {}});
+      messages.push_back({peer, std::as_bytes(std::span(&packet, 1)), {}});
     } else if (peer == speaker) {
-      messages.push_back({peer, {}, std::as_writable_bytes(std::span(packet))});
+      messages.push_back({peer, {}, std::as_writable_bytes(std::span(&packet, 1))});
     }
   }
   communicator.start_exchange(messages)();
@@ -219,11 +240,9 @@ void Hdf5File::copy_compressed(Hdf5File& source, const std::string& dataset, con
     Extent count = shape;
     count[0] = std::min(chunk[0], shape[0] - start[0]);
     source.read(dataset, start, count, values.data());
-    const Handle memory_space(H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr), H5Sclose);
-    const bool selected = H5Sselect_hyperslab(space.get(), H5S_SELECT_SET, sizes(start).data(), nullptr,
-                                              sizes(count).data(), nullptr) >= 0;
-    require(selected &&
-                H5Dwrite(made.get(), type_of<T>(), memory_space.get(), space.get(), H5P_DEFAULT, values.data()) >= 0,
+    const Handle memory = selected(space.get(), start, count);
+    require(memory.valid() &&
+                H5Dwrite(made.get(), type_of<T>(), memory.get(), space.get(), H5P_DEFAULT, values.data()) >= 0,
             "write dataset " + dataset);
   }
 }
@@ -251,11 +270,9 @@ template <class T>
 void Hdf5File::read_piece(const std::string& dataset, const Extent& start, const Extent& count, T* values) {
   const Handle set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
   require(set.valid(), "open dataset " + dataset);
-  const Handle file_space(H5Dget_space(set.get()), H5Sclose);
-  const Handle memory_space(H5Screate_simple(static_cast<int>(count.size()), sizes(count).data(), nullptr), H5Sclose);
-  const bool selected = H5Sselect_hyperslab(file_space.get(), H5S_SELECT_SET, sizes(start).data(), nullptr,
-                                            sizes(count).data(), nullptr) >= 0;
-  require(selected && H5Dread(set.get(), type_of<T>(), memory_space.get(), file_space.get(), H5P_DEFAULT, values) >= 0,
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  const Handle memory = selected(space.get(), start, count);
+  require(memory.valid() && H5Dread(set.get(), type_of<T>(), memory.get(), space.get(), H5P_DEFAULT, values) >= 0,
           "read dataset " + dataset);
 }
 
@@ -301,22 +318,14 @@ void on_leader(Communicator& communicator, const std::function<void()>& action) 
 }
 
 void require_space(const std::string& path, std::int64_t bytes, SolverContext& context) {
-  const int file = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
-  if (file < 0) throw storage_error(path, "open it", errno);
-  struct stat status {};
-  int error = fstat(file, &status) != 0 ? errno : allocate(file, status.st_size, bytes, context);
-  if (ftruncate(file, status.st_size) != 0 && error == 0) error = errno;
-  close(file);
-  if (error != 0) throw storage_error(path, "get " + std::to_string(bytes) + " bytes of disk space", error);
+  take_space(path, O_CREAT, [&](int file, std::int64_t size) {
+    const int error = allocate(file, size, bytes, context);
+    return std::pair(bytes, ftruncate(file, size) != 0 && error == 0 ? errno : error);
+  });
 }
 
 void reserve_space(const std::string& path, SolverContext& context) {
-  const int file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  if (file < 0) throw storage_error(path, "open it", errno);
-  struct stat status {};
-  const int error = fstat(file, &status) != 0 ? errno : allocate(file, 0, status.st_size, context);
-  close(file);
-  if (error != 0) throw storage_error(path, "get " + std::to_string(status.st_size) + " bytes of disk space", error);
+  take_space(path, 0, [&](int file, std::int64_t size) { return std::pair(size, allocate(file, 0, size, context)); });
 }
 
 SharedFile::SharedFile(const std::string& path, SolverContext& context)
@@ -331,15 +340,11 @@ SharedFile::~SharedFile() {
 void SharedFile::fail(const std::string& action) const { throw storage_error(path_, action, errno); }
 
 void SharedFile::write_run(std::uint64_t position, const char* bytes, std::size_t size) {
-  while (size > 0) {
-    const std::size_t piece = std::min(size, static_cast<std::size_t>(write_piece_bytes));
-    const ssize_t written = pwrite(file_, bytes, piece, static_cast<off_t>(position));
+  constexpr std::size_t piece = write_piece_bytes;
+  for (std::size_t done = 0; done < size; done += piece) {
+    const auto part = std::span(bytes + done, std::min(piece, size - done));
+    if (!write_all(file_, position + done, std::as_bytes(part))) fail("write to it");
     context_.report_progress();
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) fail("write to it");
-    position += static_cast<std::uint64_t>(written);
-    bytes += written;
-    size -= static_cast<std::size_t>(written);
   }
 }
 

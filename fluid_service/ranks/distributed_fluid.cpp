@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstring>
 #include <optional>
+#include <stdexcept>
 
 #include "contract/errors.hpp"
 #include "conversion/codec.hpp"
-#include "ranks/packing.hpp"
 #include "ranks/rank_failure.hpp"
 #include "recording/recorder.hpp"
 
@@ -17,29 +17,33 @@ namespace {
 /// Size of the first, usually only, broadcast: all that a step needs, and most paths.
 constexpr std::size_t first_part_bytes = 256;
 
-/// @param setup  as bytes
-template <class Archive, class Any, class Text>
-void visit_command(Archive& archive, Any& command, Text& setup) {
-  archive(command.order);
-  if (command.order == Order::exchange_advance) archive(command.step);
-  if (command.order == Order::construct) archive(setup);
-  if (command.order == Order::save || command.order == Order::restore) archive(command.path);
-}
+/// What every command has; behind it the setup as bytes, or the path.
+struct Head {
+  Order order;
+  std::int64_t step;
+  std::size_t text_bytes;
+};
 
 }  // namespace
 
 void pack(const Command& command, std::vector<std::byte>& message) {
-  const std::string setup = command.order == Order::construct ? conversion::to_bytes(command.setup) : "";
-  message.clear();
-  Packer packer(message);
-  visit_command(packer, command, setup);
+  const std::string text = command.order == Order::construct ? conversion::to_bytes(command.setup) : command.path;
+  const Head head{command.order, command.step, text.size()};
+  message.resize(sizeof(head));
+  std::memcpy(message.data(), &head, sizeof(head));
+  const auto bytes = std::as_bytes(std::span(text));
+  message.insert(message.end(), bytes.begin(), bytes.end());
 }
 
 void unpack(const std::vector<std::byte>& message, Command& command) {
-  std::string setup;
-  Unpacker unpacker(message);
-  visit_command(unpacker, command, setup);
-  if (command.order == Order::construct) command.setup = conversion::fluid_setup_from_bytes(setup);
+  Head head{};
+  if (message.size() >= sizeof(head)) std::memcpy(&head, message.data(), sizeof(head));
+  if (message.size() < sizeof(head) || message.size() - sizeof(head) != head.text_bytes)
+    throw std::logic_error("message between ranks is shorter than its contents");
+  command.order = head.order;
+  command.step = head.step;
+  command.path.assign(reinterpret_cast<const char*>(message.data()) + sizeof(head), message.size() - sizeof(head));
+  if (command.order == Order::construct) command.setup = conversion::fluid_setup_from_bytes(command.path);
 }
 
 void CommandChannel::send(const Command& command) {

@@ -1,7 +1,6 @@
 #include "ranks/mpi_communicator.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <limits>
@@ -12,6 +11,7 @@
 #include "contract/errors.hpp"
 #include "ranks/communicator.hpp"
 #include "ranks/rank_failure.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
 
@@ -87,8 +87,7 @@ void MpiCommunicator::look_for_failure() {
   check(MPI_Iprobe(MPI_ANY_SOURCE, failure_tag, failures_, &arrived, &status), "MPI_Iprobe");
   if (arrived == 0) return;
   FailurePacket packet;
-  check(MPI_Recv(packet.data(), static_cast<int>(packet.size()), MPI_BYTE, status.MPI_SOURCE, failure_tag, failures_,
-                 MPI_STATUS_IGNORE),
+  check(MPI_Recv(&packet, sizeof(packet), MPI_BYTE, status.MPI_SOURCE, failure_tag, failures_, MPI_STATUS_IGNORE),
         "MPI_Recv");
   failure_ = unpack_failure(packet);
   throw_if_failed();
@@ -98,8 +97,7 @@ void MpiCommunicator::look_at_ranks() {
   if (!heartbeats_) return;
   heartbeats_->show_waiting(true);
   if (rank_ != 0) return;
-  const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  const RankVerdict verdict = watch_.look(heartbeats_->read(), now_s);
+  const RankVerdict verdict = watch_.look(heartbeats_->read(), now_s());
   if (verdict.progressed) context().report_progress();
   context().await_rank(verdict.awaited);
   if (!verdict.frozen) return;
@@ -291,7 +289,7 @@ void MpiCommunicator::report_failure(const FailureReport& report) {
   std::vector<MPI_Request> requests(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
   for (int peer = 0; peer < size_; ++peer) {
     if (peer == rank_) continue;
-    MPI_Isend(packet.data(), static_cast<int>(packet.size()), MPI_BYTE, peer, failure_tag, failures_,
+    MPI_Isend(&packet, sizeof(packet), MPI_BYTE, peer, failure_tag, failures_,
               &requests[static_cast<std::size_t>(peer)]);
   }
   const Backoff backoff;

@@ -3,41 +3,26 @@
 #include <algorithm>
 #include <new>
 #include <string>
-#include <vector>
 
-#include "ranks/packing.hpp"
+#include "conversion/text.hpp"
 #include "system/process.hpp"
 
 namespace copepod::fluid {
 
 namespace {
 
-template <class Archive, class Report>
-void visit_report(Archive& archive, Report& report) {
-  archive(report.code);
-  archive(report.rank);
-  archive(report.step);
-  archive(report.component);
-  archive(report.host);
-  archive(report.reason);
-}
-
-/// At most `length` bytes of `text`, without cutting a UTF-8 character in two.
-std::string shortened(const std::string& text, std::size_t length) {
-  if (text.size() <= length) return text;
-  while (length > 0 && (static_cast<unsigned char>(text[length]) & 0xC0U) == 0x80U) --length;
-  return text.substr(0, length);
+/// Without cutting a UTF-8 character in two.
+template <std::size_t size>
+std::array<char, size> shortened(const std::string& text) {
+  std::array<char, size> result{};
+  std::ranges::copy(conversion::as_utf8(text, size - 1), result.begin());
+  return result;
 }
 
 }  // namespace
 
 FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_t step) {
-  FailureReport report;
-  report.component = "fluid";
-  report.host = host_name();
-  report.rank = rank;
-  report.step = step;
-  report.reason = error.what();
+  FailureReport report{ExitCode::solver_failed, "fluid", host_name(), rank, step, error.what()};
   if (const auto* known = dynamic_cast<const Error*>(&error)) {
     report.code = known->code();
     if (known->step() >= 0) report.step = known->step();
@@ -47,23 +32,17 @@ FailureReport failure_of_rank(const std::exception& error, int rank, std::int64_
   return report;
 }
 
-FailurePacket pack_failure(FailureReport report) {
-  report.component = shortened(report.component, 64);
-  report.host = shortened(report.host, 256);
-  report.reason = shortened(report.reason, 1600);
-  std::vector<std::byte> bytes;
-  Packer packer(bytes);
-  visit_report(packer, report);
-  FailurePacket packet{};
-  std::copy(bytes.begin(), bytes.end(), packet.begin());
-  return packet;
+FailurePacket pack_failure(const FailureReport& report) {
+  return {report.code,
+          report.rank,
+          report.step,
+          shortened<65>(report.component),
+          shortened<257>(report.host),
+          shortened<1601>(report.reason)};
 }
 
 FailureReport unpack_failure(const FailurePacket& packet) {
-  FailureReport report;
-  Unpacker unpacker(packet);
-  visit_report(unpacker, report);
-  return report;
+  return {packet.code, packet.component.data(), packet.host.data(), packet.rank, packet.step, packet.reason.data()};
 }
 
 }  // namespace copepod::fluid

@@ -19,6 +19,7 @@ namespace copepod::fluid {
 
 namespace {
 
+/// Of --log-file and --log-level; the rest of the command line concerns rank 0.
 component::Options log_options(int argc, char** argv, int rank) {
   component::Options options = *component::parse_command_line(argc, argv, session::Role::fluid, capabilities()).options;
   if (options.log_file.empty()) {
@@ -29,7 +30,8 @@ component::Options log_options(int argc, char** argv, int rank) {
   return options;
 }
 
-/// A log that cannot be opened must not leave the other ranks waiting.
+/// Log of a rank that the coupler does not talk to: `<log file of rank 0>.rank<N>`, or standard error. One that cannot
+/// be opened must not leave the other ranks waiting.
 std::shared_ptr<spdlog::logger> open_or_do_without(const component::Options& options, int rank,
                                                    const std::shared_ptr<component::Vitals>& vitals) {
   try {
@@ -39,29 +41,6 @@ std::shared_ptr<spdlog::logger> open_or_do_without(const component::Options& opt
     return std::make_shared<spdlog::logger>("silent", std::make_shared<spdlog::sinks::null_sink_mt>());
   }
 }
-
-/// Log of a rank that the coupler does not talk to: `<log file of rank 0>.rank<N>`, or standard error.
-class FollowerLog {
- public:
-  /// Reads --log-file and --log-level; the rest of the command line concerns rank 0.
-  FollowerLog(int argc, char** argv, const Communicator& ranks)
-      : vitals_(std::make_shared<component::Vitals>(ranks.context())),
-        log_(open_or_do_without(log_options(argc, argv, ranks.rank()), ranks.rank(), vitals_)) {
-    log_->info("Rank {} of the fluid, pid {}.", ranks.rank(), getpid());
-  }
-
-  /// Shown in every later line.
-  [[nodiscard]] std::atomic<std::int64_t>& current_step() const { return vitals_->step; }
-
-  void finished() const { log_->info("Finished."); }
-  void failed(const Error& error) const {
-    log_->error("Rank {} failed at step {}: {}", error.rank(), error.step(), error.what());
-  }
-
- private:
-  std::shared_ptr<component::Vitals> vitals_;
-  std::shared_ptr<spdlog::logger> log_;
-};
 
 int run_leader(int argc, char** argv, FluidComponent component, Communicator& ranks,
                const RankSolverFactory& make_solver) {
@@ -74,13 +53,15 @@ int run_leader(int argc, char** argv, FluidComponent component, Communicator& ra
 }
 
 int run_follower(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
-  const FollowerLog log(argc, argv, ranks);
+  const auto vitals = std::make_shared<component::Vitals>(ranks.context());
+  const auto log = open_or_do_without(log_options(argc, argv, ranks.rank()), ranks.rank(), vitals);
+  log->info("Rank {} of the fluid, pid {}.", ranks.rank(), getpid());
   try {
-    follow(ranks, make_solver, log.current_step());
-    log.finished();
+    follow(ranks, make_solver, vitals->step);
+    log->info("Finished.");
     return static_cast<int>(ExitCode::finished);
   } catch (const Error& error) {
-    log.failed(error);
+    log->error("Rank {} failed at step {}: {}", error.rank(), error.step(), error.what());
     return static_cast<int>(error.code());
   }
 }

@@ -31,19 +31,13 @@ int fail(const std::string& problem) {
 
 std::string standard_input() { return {std::istreambuf_iterator<char>(std::cin), {}}; }
 
-int print_estimate(const EstimateText& estimate, int ranks) {
-  if (!estimate) return fail("this component does not estimate (it does not announce it). Leave --estimate out.");
+/// @param ability  what the answer takes
+/// @param why_not  where it is missing
+template <class Ability, class Answer>
+int print_answer(const Ability& ability, const char* why_not, const Answer& answer) {
+  if (!ability) return fail(why_not);
   try {
-    return print(estimate(standard_input(), ranks));
-  } catch (const std::exception& error) {
-    return fail(error.what());
-  }
-}
-
-int print_bodies(const BodiesText& bodies, const std::vector<double>& units) {
-  if (!bodies) return fail("this component reads no models (it does not announce model:mjcf). Leave --bodies out.");
-  try {
-    return print(bodies({standard_input(), units[0], units[1], units[2]}));
+    return print(answer());
   } catch (const std::exception& error) {
     return fail(error.what());
   }
@@ -127,8 +121,18 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
     });
   }
   if (only_capabilities) return end_with([json = capabilities_as_json(role, capabilities)] { return print(json); });
-  if (only_estimate) return end_with([estimate, ranks] { return print_estimate(estimate, ranks); });
-  if (only_bodies) return end_with([bodies, units] { return print_bodies(bodies, units); });
+  if (only_estimate)
+    return end_with([estimate, ranks] {
+      return print_answer(estimate, "this component does not estimate (it does not announce it). Leave --estimate out.",
+                          [&] { return estimate(standard_input(), ranks); });
+    });
+  if (only_bodies)
+    return end_with([bodies, units] {
+      return print_answer(bodies,
+                          "this component reads no models (it does not announce model:mjcf). Leave --bodies out.", [&] {
+                            return bodies({standard_input(), units[0], units[1], units[2]});
+                          });
+    });
   if (options.endpoint.empty() || options.session_token.empty()) {
     return end_with([] {
       return fail(

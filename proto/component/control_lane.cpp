@@ -18,8 +18,6 @@ constexpr std::chrono::milliseconds kLaneSlice{100};
 constexpr double kRepeatLaneHello_s = 1.0;
 constexpr double kGrace_s = 2.0;  ///< for the solver's thread, after a stop request
 
-double now_s() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
 /// Everything the thread owns.
 class Conversation {
  public:

@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <iostream>
-#include <random>
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
@@ -21,11 +20,6 @@ namespace copepod {
 namespace {
 
 using namespace component;
-
-std::uint64_t random_number() {
-  std::random_device device;
-  return (std::uint64_t{device()} << 32U) | device();
-}
 
 session::Hello introduce(session::Role role, const Capabilities& capabilities, int ranks, const Options& options) {
   session::Hello hello;

@@ -45,19 +45,25 @@ void read_state(Solver& solver, const std::string& path) {
 }
 
 /// Loads that are not finite would only be noticed by the bodies, who are not to blame.
+/// @param of      "The load on", before the body
+/// @param remedy  "has diverged). What to do."
+void require_finite(std::int64_t step, Eigen::Index bodies, const std::string& of, const std::string& remedy,
+                    const auto&... of_bodies) {
+  if ((conversion::all_finite(of_bodies) && ...)) return;
+  for (Eigen::Index body = 0; body < bodies; ++body) {
+    if ((of_bodies.col(body).allFinite() && ...)) continue;
+    throw SolverError(of + " body " + std::to_string(body) + " is not a finite number (" + remedy, 0, step);
+  }
+}
+
 void require_finite(const Loads& loads, Eigen::Index bodies) {
   if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies) {
     throw SolverError("The fluid solver returned loads on " + std::to_string(loads.bodies()) + " bodies (there are " +
                           std::to_string(bodies) + "). Fix exchange().",
                       0, loads.step);
   }
-  if (conversion::all_finite(loads.force_N) && conversion::all_finite(loads.torque_N_m)) return;
-  for (Eigen::Index body = 0; body < bodies; ++body) {
-    if (loads.force_N.col(body).allFinite() && loads.torque_N_m.col(body).allFinite()) continue;
-    throw SolverError("The load on body " + std::to_string(body) +
-                          " is not a finite number (the flow has diverged). Use a smaller step or a larger viscosity.",
-                      0, loads.step);
-  }
+  require_finite(loads.step, bodies, "The load on", "the flow has diverged). Use a smaller step or a larger viscosity.",
+                 loads.force_N, loads.torque_N_m);
 }
 
 void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
@@ -66,20 +72,9 @@ void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
                           std::to_string(bodies) + "). Fix step().",
                       0, kinematics.step);
   }
-  using conversion::all_finite;
-  if (all_finite(kinematics.position_m) && all_finite(kinematics.orientation_wxyz) &&
-      all_finite(kinematics.velocity_m_per_s) && all_finite(kinematics.angular_velocity_rad_per_s))
-    return;
-  for (Eigen::Index body = 0; body < bodies; ++body) {
-    const bool finite = kinematics.position_m.col(body).allFinite() &&
-                        kinematics.orientation_wxyz.col(body).allFinite() &&
-                        kinematics.velocity_m_per_s.col(body).allFinite() &&
-                        kinematics.angular_velocity_rad_per_s.col(body).allFinite();
-    if (finite) continue;
-    throw SolverError("The state of body " + std::to_string(body) +
-                          " is not a finite number (its motion has diverged). Use a smaller step.",
-                      0, kinematics.step);
-  }
+  require_finite(kinematics.step, bodies, "The state of", "its motion has diverged). Use a smaller step.",
+                 kinematics.position_m, kinematics.orientation_wxyz, kinematics.velocity_m_per_s,
+                 kinematics.angular_velocity_rad_per_s);
 }
 
 }  // namespace

@@ -238,11 +238,7 @@ void Server::fail(const FailureReport& report) {
 }
 
 Header Server::header(std::uint64_t sequence) const {
-  Header header;
-  header.session_id = session_.session_id;
-  header.epoch = session_.epoch;
-  header.sequence = sequence;
-  return header;
+  return {.session_id = session_.session_id, .epoch = session_.epoch, .sequence = sequence};
 }
 
 }  // namespace copepod::component

@@ -46,6 +46,7 @@ std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
 
 using session::Header;
 using session::MessageKind;
+
 /// Header and body are written apart: the header ends where the body begins, whatever its length, so that a
 /// message can be sent again with another header.
 struct Encoder::Buffers {
@@ -143,8 +144,6 @@ Bytes Encoder::encode(const Header& header, MessageKind kind) {
   return serialise(header);
 }
 
-using session::Header;
-using session::MessageKind;
 /// The message, but for the arrays of an exchange, lives in an arena whose first block grows to what the
 /// largest message so far needed, so that a stream of messages of one size allocates nothing.
 struct Decoder::Buffers {

@@ -20,11 +20,8 @@ class Message;
 }
 
 namespace copepod::v1 {
-class Envelope;
-}
-
-namespace copepod::v1 {
 class BodySetup;
+class Envelope;
 class FluidSetup;
 }  // namespace copepod::v1
 

@@ -142,13 +142,11 @@ Heard hear(const CouplerSession& session, MessageKind kind, const Header& header
 }
 
 Header header_of(const CouplerSession& session) {
-  Header header;
-  header.session_id = session.session_id;
-  header.epoch = session.epoch;
-  header.sequence = session.sequence;
-  header.attempt = session.attempt;
-  header.step = session.step;
-  return header;
+  return {.session_id = session.session_id,
+          .epoch = session.epoch,
+          .sequence = session.sequence,
+          .attempt = session.attempt,
+          .step = session.step};
 }
 
 Liveness on_ping(Liveness liveness, const Patience& patience, double now_s) {

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <optional>
 #include <pthread.h>
+#include <random>
 #include <string>
 #include <unistd.h>
 
@@ -15,6 +18,17 @@ namespace copepod {
 inline std::string host_name() {
   std::array<char, 256> name{};
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";
+}
+
+/// Of the monotonic clock [s].
+inline double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Unlike that of any other process.
+inline std::uint64_t random_number() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32U) | device();
 }
 
 /// Rank of this process according to the launcher of an MPI program (mpirun, srun, …), before MPI is initialised.

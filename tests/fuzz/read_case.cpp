@@ -12,7 +12,6 @@
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
-#include "config/yaml/yaml_text.hpp"
 #include "run/program.hpp"
 
 namespace {

@@ -23,9 +23,9 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
   const std::string path = "fluid.initial_flow.kind";
   if (fluid.initial_flow.kind == InitialFlowKind::taylor_green &&
       (fluid.boundaries[0].kind != BoundaryKind::periodic || fluid.boundaries[2].kind != BoundaryKind::periodic)) {
-    problems.error(path, path +
-                             " is taylor_green, and x or y is not periodic (a vortex pair fills the domain along both, "
-                             "and no wall is in its way). Make x and y periodic.");
+    problems.reject(path,
+                    "is taylor_green, and x or y is not periodic (a vortex pair fills the domain along both, "
+                    "and no wall is in its way). Make x and y periodic.");
   }
   if (fluid.initial_flow.kind != InitialFlowKind::shear) return;
   int moving = 0, between_walls = 0;
@@ -39,9 +39,9 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
     if (is_wall(low) && is_wall(high) && along) ++between_walls;
   }
   if (moving == 1 && between_walls == 1) return;
-  problems.error(path, path + " is shear, and " + std::to_string(between_walls) +
-                           " axes lie between two walls that move along themselves (a flow linear between two walls "
-                           "needs one such axis and no other wall that moves). Give one axis velocity_m_per_s.");
+  problems.reject(path, "is shear, and " + std::to_string(between_walls) +
+                            " axes lie between two walls that move along themselves (a flow linear between two walls "
+                            "needs one such axis and no other wall that moves). Give one axis velocity_m_per_s.");
 }
 
 /// Steady forces on fluid and bodies together where no wall, open face, joint or held body takes them up [N].
@@ -118,10 +118,9 @@ void check_domain(const Case& the_case, Problems& problems) {
     const BoundaryKind high = fluid.boundaries[2 * axis + 1].kind;
     if ((low == BoundaryKind::periodic) != (high == BoundaryKind::periodic)) {
       const std::size_t other = 2 * axis + (low == BoundaryKind::periodic ? 1 : 0);
-      problems.error(face_path(other), face_path(other) + " is " +
-                                           name_of(boundary_names, fluid.boundaries[other].kind) +
-                                           " but the opposite face is periodic (what leaves there must come in here). "
-                                           "Make both periodic or neither.");
+      problems.reject(face_path(other), std::string("is ") + name_of(boundary_names, fluid.boundaries[other].kind) +
+                                            " but the opposite face is periodic (what leaves there must come in here). "
+                                            "Make both periodic or neither.");
     }
   }
   if (!on_lattice(the_case)) return;

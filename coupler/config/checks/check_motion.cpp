@@ -183,8 +183,8 @@ void check_signals(const Case& the_case, const Assembly& assembly, Problems& pro
   const auto judge_period = [&problems](const Signal& signal, const std::string& signal_path) {
     if (signal.period_steps == 0 || signal.period_steps >= 20) return;
     const std::string path = signal_path + ".period_steps";
-    problems.error(path, path + " is " + std::to_string(signal.period_steps) +
-                             " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
+    problems.reject(path, "is " + std::to_string(signal.period_steps) +
+                              " (a wave needs at least 20 steps). Use a longer period or a smaller step.");
   };
   for (const auto& [body, signal] : assembly.prescribed)
     judge_period(signal, assembly.body_paths[body] + ".motion.prescribed.signal");
@@ -239,17 +239,16 @@ void check_output(const Case& the_case, Problems& problems) {
     const std::int64_t cells = the_case.fluid.domain_cells[axis];
     if (cells == 0 || region[2 * axis + 1] <= cells) continue;
     const std::string key = std::string("output.fields.region_cells.") + axis_names[axis];
-    problems.error(key, key + " ends behind cell " + std::to_string(region[2 * axis + 1] - 1) + " (the domain has " +
-                            std::to_string(cells) + ", the first is 0). Use cells of the domain.");
+    problems.reject(key, "ends behind cell " + std::to_string(region[2 * axis + 1] - 1) + " (the domain has " +
+                             std::to_string(cells) + ", the first is 0). Use cells of the domain.");
   }
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
-    problems.error(path, path + " stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +
-                             " (the mean would be empty). Write [start, stop] with start < stop.");
+    problems.reject(path, "stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +
+                              " (the mean would be empty). Write [start, stop] with start < stop.");
   } else if (stop > the_case.steps) {
-    problems.error(path, path + " stops at " + std::to_string(stop) + ", the run after " +
-                             std::to_string(the_case.steps) +
-                             " steps (the mean would never be written). Run longer or stop earlier.");
+    problems.reject(path, "stops at " + std::to_string(stop) + ", the run after " + std::to_string(the_case.steps) +
+                              " steps (the mean would never be written). Run longer or stop earlier.");
   } else if (the_case.until_periodic) {
     problems.warning(path,
                      path + " stops at " + std::to_string(stop) +

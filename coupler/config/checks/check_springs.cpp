@@ -54,11 +54,9 @@ void check_bends(const Assembly& assembly, Problems& problems) {
     const double angle_rad = std::atan2(a.cross(c).norm(), a.dot(c));
     const bool parallel = std::min(angle_rad, std::numbers::pi - angle_rad) < parallel_rad;
     if (parallel && std::abs(angle_rad - bend.rest_angle_rad) > parallel_rad) {
-      problems.error(
-          assembly.bend_paths[i],
-          assembly.bend_paths[i] +
-              " starts with parallel arms, away from its rest angle (its forces have no direction). Start at "
-              "another angle, or use a rest angle of 180 degrees for straight arms.");
+      problems.reject(assembly.bend_paths[i],
+                      "starts with parallel arms, away from its rest angle (its forces have no direction). Start at "
+                      "another angle, or use a rest angle of 180 degrees for straight arms.");
     }
   }
 }
@@ -70,9 +68,9 @@ void check_pairs(const Case& the_case, const Assembly& assembly, Problems& probl
     if (!actuator.rest_length || assembly.drive_springs[of_swimmers + i] >= 0) continue;
     if (actuator.bodies[0] == actuator.bodies[1]) continue;  // reported below
     const std::string path = "actuators." + std::to_string(i) + ".bodies";
-    problems.error(path, path + " are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
-                             "' (no spring joins them whose rest length could vary). Add the spring, or use kind: "
-                             "pair_force.");
+    problems.reject(path, "are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
+                              "' (no spring joins them whose rest length could vary). Add the spring, or use kind: "
+                              "pair_force.");
   }
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const ActuatorSpecification& actuator = assembly.drive[i].actuator;
@@ -105,9 +103,9 @@ void check_prescribed(const Assembly& assembly, Problems& problems) {
     for (const auto& [prescribed, signal] : assembly.prescribed) {
       if (std::ranges::find(bodies, prescribed) == bodies.end()) continue;
       const std::string& name = assembly.bodies[prescribed].name;
-      problems.error(path, path + " acts on body '" + name +
-                               "' (its motion is a function of time: the coupler moves it, not the body "
-                               "component). Remove it, or prescribe constant velocities with motion: prescribed.");
+      problems.reject(path, "acts on body '" + name +
+                                "' (its motion is a function of time: the coupler moves it, not the body "
+                                "component). Remove it, or prescribe constant velocities with motion: prescribed.");
       return;
     }
   };
@@ -149,21 +147,21 @@ Limiting limiting_of(std::size_t index, const Case& the_case, const Assembly& as
 bool check_jointed_bodies(const NamedJoint& named, const JointSpecification& joint, const std::string& path,
                           const Assembly& assembly, Problems& problems) {
   if (named.bodies[0] == named.bodies[1]) {
-    problems.error(path, path + " names '" + named.bodies[0] +
-                             "' twice (a joint has two ends). Name two bodies, or "
-                             "a body and world.");
+    problems.reject(path, "names '" + named.bodies[0] +
+                              "' twice (a joint has two ends). Name two bodies, or "
+                              "a body and world.");
     return false;
   }
   for (const int body : {joint.body_A, joint.body_B}) {
     if (body < 0 || assembly.bodies[body].motion != MotionKind::prescribed) continue;
-    problems.error(path, path + " names '" + assembly.bodies[body].name +
-                             "' (its motion is prescribed, it cannot follow a joint). Use motion: free, fixed or "
-                             "axis.");
+    problems.reject(path, "names '" + assembly.bodies[body].name +
+                              "' (its motion is prescribed, it cannot follow a joint). Use motion: free, fixed or "
+                              "axis.");
     return false;
   }
   const auto can_move = [&](int body) { return body >= 0 && moves_under_loads(assembly.bodies[body]); };
   if (can_move(joint.body_A) || can_move(joint.body_B)) return true;
-  problems.error(path, path + " joins what cannot move. Remove the joint, or use motion: free.");
+  problems.reject(path, "joins what cannot move. Remove the joint, or use motion: free.");
   return false;
 }
 
@@ -188,10 +186,9 @@ void check_limits(const NamedJoint& joint, const std::string& path, Problems& pr
   const bool hinge = joint.kind == JointKind::hinge;
   const std::string at = path + (hinge ? ".limits_rad" : ".limits_m");
   if (joint.limits[0] > 0.0 || joint.limits[1] < 0.0)
-    problems.error(at,
-                   at + " leaves the start out (motion counts from there, as 0). Write [lowest, highest] around 0.");
+    problems.reject(at, "leaves the start out (motion counts from there, as 0). Write [lowest, highest] around 0.");
   if (hinge && !(joint.limits.cwiseAbs().maxCoeff() <= 3.0))
-    problems.error(at, at + " is wider than 3 (angles are those within half a turn). Use -3 to 3 at most.");
+    problems.reject(at, "is wider than 3 (angles are those within half a turn). Use -3 to 3 at most.");
   if (joint.signal) {
     problems.error(path + ".signal", path + ".signal moves a joint that has limits (it goes where the signal goes). " +
                                          "Remove one of them.");
@@ -202,19 +199,19 @@ void check_limits(const NamedJoint& joint, const std::string& path, Problems& pr
 void check_signal(const Signal& signal, Integrator integrator, std::int64_t steps, const std::string& path,
                   Problems& problems) {
   if (signal.kind == SignalKind::square)
-    problems.error(path, path + " is square (bodies cannot jump). Use trapezoid, with a rise_fraction.");
+    problems.reject(path, "is square (bodies cannot jump). Use trapezoid, with a rise_fraction.");
   for (const std::int64_t step : {signal.start_step, signal.stop_step}) {
     if (step == 0 || step >= steps || signal.kind == SignalKind::square) continue;
     const double jump = value_of(signal, step, 0.0) - value_of(signal, step - 1, 1.0);
     if (std::abs(jump) <= 1e-9 * std::abs(signal.amplitude)) continue;
-    problems.error(path,
-                   path + " jumps by " + rounded_text(jump) + " at step " + std::to_string(step) +
-                       (step == signal.start_step ? ", as it starts" : ", as it stops") +
-                       " (bodies cannot jump). Start and stop it where it is 0, or give ramp_steps for the start.");
+    problems.reject(path,
+                    "jumps by " + rounded_text(jump) + " at step " + std::to_string(step) +
+                        (step == signal.start_step ? ", as it starts" : ", as it stops") +
+                        " (bodies cannot jump). Start and stop it where it is 0, or give ramp_steps for the start.");
   }
   if (integrator != Integrator::runge_kutta_4) {
-    problems.error(path, path + " is given with integrator: " + name_of(integrator_names, integrator) +
-                             " (the motion of a joint takes the middle of each step). Use runge_kutta_4.");
+    problems.reject(path, std::string("is given with integrator: ") + name_of(integrator_names, integrator) +
+                              " (the motion of a joint takes the middle of each step). Use runge_kutta_4.");
   }
 }
 

@@ -125,8 +125,8 @@ void read_bodies_of_model(Case& the_case, Problems& problems) {
   const std::string path = "body.model";
   if (problems.any_under("body")) return;
   if (the_case.body.solver != BodySolverChoice::mujoco && the_case.services.body_command.empty()) {
-    problems.error(path, path + " is given with solver: " + name_of(body_solver_names, the_case.body.solver) +
-                             " (it reads no models). Use solver: mujoco.");
+    problems.reject(path, std::string("is given with solver: ") + name_of(body_solver_names, the_case.body.solver) +
+                              " (it reads no models). Use solver: mujoco.");
     return;
   }
   const ModelSpecification& model = the_case.body.model;
@@ -135,7 +135,7 @@ void read_bodies_of_model(Case& the_case, Problems& problems) {
     command.append(" ").append(nlohmann::json(unit).dump());
   const Answer answer = answer_of(command + " < " + shell_word(the_case.body.model_file));
   if (!answer.succeeded) {
-    problems.error(path, path + " is '" + the_case.body.model_file + "': " + reason_in(answer.text));
+    problems.reject(path, "is '" + the_case.body.model_file + "': " + reason_in(answer.text));
     return;
   }
   const Document document = Document::parse(answer.text, the_case.body.model_file, {});
@@ -156,8 +156,8 @@ void read_bodies_of_model(Case& the_case, Problems& problems) {
       continue;
     const std::string key = "actuators." + std::to_string(i) + ".control";
     const std::string nearest = nearest_word(actuator.control, controls);
-    problems.error(key, key + " is '" + actuator.control + "' (the model has no actuator of this name). " +
-                            (nearest.empty() ? "Use one of the model's." : "Did you mean '" + nearest + "'?"));
+    problems.reject(key, "is '" + actuator.control + "' (the model has no actuator of this name). " +
+                             (nearest.empty() ? "Use one of the model's." : "Did you mean '" + nearest + "'?"));
   }
 }
 

@@ -334,25 +334,13 @@ std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const P
   return places;
 }
 
-/// Reports what is wrong with rows of a file, up to some number of them.
-class RowReports {
- public:
-  RowReports(Reader& section, const CsvRows& rows) : section_(section), rows_(rows) {}
-
-  void add(std::size_t row, const std::string& problem) {
-    if (++count_ <= most_reported)
-      section_.problems().error_at({rows_.path.string(), rows_.lines[row]}, section_.path_of("file"), problem);
-  }
-
- private:
-  Reader& section_;
-  const CsvRows& rows_;
-  std::size_t count_ = 0;
-};
-
 std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
   const CsvRows& rows = *swarm.rows;
-  RowReports reports(section, rows);
+  std::size_t reports = 0;
+  const auto report = [&](std::size_t row, const std::string& problem) {
+    if (++reports <= most_reported)
+      section.problems().error_at({rows.path.string(), rows.lines[row]}, section.path_of("file"), problem);
+  };
   std::vector<Place> places;
   for (std::size_t row = 0; row < rows.values.size(); ++row) {
     const std::vector<double>& values = rows.values[row];
@@ -361,24 +349,22 @@ std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const P
     if (rows.has_optional) {
       const Eigen::Vector3d axis(values[3], values[4], values[5]);
       if (!(axis.norm() > 0.0) || !std::isfinite(axis.norm()))
-        reports.add(row, "the axis has no direction (its length is zero or too large). Give a vector.");
+        report(row, "the axis has no direction (its length is zero or too large). Give a vector.");
       else
         place.orientation_wxyz = rotation_from_z(axis.normalized());
     } else {
       place.orientation_wxyz = draws.orientation();
     }
     if (!placement.holds(place))
-      reports.add(row,
-                  "the swimmer reaches out of the region (or comes nearer to a wall than minimal_gap_m). Move it.");
+      report(row, "the swimmer reaches out of the region (or comes nearer to a wall than minimal_gap_m). Move it.");
   }
   std::pair<int, int> last{-1, -1};
   for (const Touch& touch : placement.touches(places)) {
     if (std::exchange(last, {touch.first, touch.second}) == last) continue;  // other beads of the same two
     const std::string other =
         touch.first < 0 ? "another body" : "that of line " + std::to_string(rows.lines[touch.first]);
-    reports.add(
-        static_cast<std::size_t>(touch.second),
-        "the swimmer and " + other + " " + touch_text(touch.distance_m) + " (solid bodies need room). Move one.");
+    report(static_cast<std::size_t>(touch.second),
+           "the swimmer and " + other + " " + touch_text(touch.distance_m) + " (solid bodies need room). Move one.");
   }
   return places;
 }

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <set>
 
 #include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
 
 #include "config/sections/sections.hpp"
 #include "config/yaml/keys.hpp"
@@ -23,9 +23,7 @@ std::string neat_text(double value, double distance) {
   const auto exponent = [](double number) { return static_cast<int>(std::floor(std::log10(std::abs(number)))); };
   const int digits = std::min(exponent(value) - exponent(distance) + 4, most_digits);
   if (digits < 1) return "0";  // the rounding error of a sum that vanishes
-  std::array<char, 40> buffer{};
-  std::snprintf(buffer.data(), buffer.size(), "%.*e", digits - 1, value);
-  const double rounded = std::strtod(buffer.data(), nullptr);
+  const double rounded = std::strtod(fmt::format("{:.{}e}", value, digits - 1).c_str(), nullptr);
   const bool is_whole = rounded == std::floor(rounded) && std::abs(rounded) < 1e15;
   return is_whole ? std::to_string(static_cast<long long>(rounded)) : shortest_text(rounded);
 }
@@ -108,9 +106,7 @@ void check_number_of_members(const Sweep& sweep, Reader& section) {
     factors += (factors.empty() ? "" : " × ") + std::to_string(parameter.values.size());
   }
   if (sweep.combination == SweepCombination::zip || members <= static_cast<double>(most_members)) return;
-  char number[40];
-  std::snprintf(number, sizeof number, "%.6g", members);
-  section.reject("parameters", std::string("have ") + number + " combinations (" + factors + "; at most " +
+  section.reject("parameters", fmt::format("have {:.6g} combinations (", members) + factors + "; at most " +
                                    std::to_string(most_members) + " are run). Give fewer values, or combine: zip.");
 }
 

@@ -1,10 +1,10 @@
 #include "config/yaml/csv_rows.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
+
+#include <spdlog/fmt/fmt.h>
 
 #include "contract/words.hpp"
 
@@ -53,9 +53,7 @@ std::optional<std::vector<std::string>> fields_of(std::string_view line, char se
 std::string visible(std::string_view text) {
   std::string shown;
   for (const unsigned char c : text) {
-    std::array<char, 5> code{};
-    std::snprintf(code.data(), code.size(), "\\x%02X", c);
-    shown += c < 0x20 || c > 0x7E ? std::string(code.data()) : std::string(1, static_cast<char>(c));
+    shown += c < 0x20 || c > 0x7E ? fmt::format("\\x{:02X}", c) : std::string(1, static_cast<char>(c));
   }
   return shown;
 }

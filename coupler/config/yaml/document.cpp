@@ -9,7 +9,6 @@
 #include <sstream>
 #include <utility>
 
-#include "config/yaml/yaml_text.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

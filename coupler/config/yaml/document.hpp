@@ -68,6 +68,16 @@ class CaseInvalid : public CaseError {
   std::vector<std::string> lines_;
 };
 
+/// Reads YAML into a tree of values with their line numbers.
+/// @param source  what messages call the text: the path of the file, or the option it came from
+/// @param lines   whether line numbers mean something there (not for an option of the command line)
+enum class LineNumbers { kept, dropped };
+/// @throws CaseInvalid with file:line if the text is not YAML, is too large, or repeats a key
+Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines);
+
+/// YAML text of a tree; parse_yaml gives back an equal tree.
+std::string to_yaml(const nlohmann::ordered_json& value);
+
 /// The case as written, with parameter set and command line applied; locates every key path in the file.
 ///
 /// A key path joins keys and list positions with dots: "swimmers.0.spring.stiffness_N_per_m". Where a list
@@ -111,6 +121,9 @@ class Problems {
   /// numbers only stands for all of them.
   /// @param message  "problem (why). What to do."
   void error(const std::string& path, const std::string& message);
+  /// The same of the value at `path`.
+  /// @param problem  "is 3 (why). What to do.": what follows the path in the message
+  void reject(const std::string& path, const std::string& problem) { error(path, path + " " + problem); }
   void error_at(const Origin& origin, const std::string& path, const std::string& message);
   /// The first of several that differ in names and numbers only stands for all of them.
   void warning(const std::string& path, const std::string& message);

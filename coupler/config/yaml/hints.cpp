@@ -1,10 +1,9 @@
-#include "config/yaml/hints.hpp"
-
 #include <algorithm>
 #include <cctype>
 #include <set>
 #include <string_view>
 
+#include "config/yaml/reader.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/yaml/hints.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {
@@ -33,8 +32,7 @@ Reader::Reader(const Value* mapping, std::string path, Problems& problems)
     : mapping_(mapping), path_(std::move(path)), problems_(problems) {
   if (mapping_ == nullptr || mapping_->kind == Value::Kind::mapping) return;
   if (mapping_->kind != Value::Kind::null) {
-    problems_.error(path_,
-                    path_ + " is " + quoted(*mapping_) + " (a section is needed). Write `key: value` lines below it.");
+    problems_.reject(path_, "is " + quoted(*mapping_) + " (a section is needed). Write `key: value` lines below it.");
   }
   mapping_ = nullptr;
 }
@@ -71,13 +69,13 @@ std::optional<double> Reader::parse_number(const std::string& path, const Value&
   const std::string_view text = value.text;
   const std::optional<double> number = number_in<double>(text.substr(text.starts_with('+') ? 1 : 0));
   if (value.kind != Value::Kind::scalar || !number || !std::isfinite(*number)) {
-    problems_.error(path, path + " is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
+    problems_.reject(path, "is " + quoted(value) + " (a finite number is needed). Write it like 1.0e-6.");
     return {};
   }
   if ((range == Range::positive && *number <= 0) || (range == Range::not_negative && *number < 0)) {
-    problems_.error(path, path + " is " + value.text + " (it must " +
-                              (range == Range::positive ? "be positive" : "not be negative") +
-                              "). Check sign and value.");
+    problems_.reject(path, "is " + value.text + " (it must " +
+                               (range == Range::positive ? "be positive" : "not be negative") +
+                               "). Check sign and value.");
     return {};
   }
   return number;
@@ -86,12 +84,12 @@ std::optional<double> Reader::parse_number(const std::string& path, const Value&
 std::optional<std::int64_t> Reader::parse_integer(const std::string& path, const Value& value, Range range) {
   const std::optional<std::int64_t> number = number_in<std::int64_t>(value.text);
   if (value.kind != Value::Kind::scalar || !number) {
-    problems_.error(path, path + " is " + quoted(value) + " (a whole number is needed). Write it like 1000.");
+    problems_.reject(path, "is " + quoted(value) + " (a whole number is needed). Write it like 1000.");
     return {};
   }
   constexpr std::int64_t largest = 1'000'000'000'000'000;  // sums and differences of two stay countable
   if (*number > largest || *number < -largest) {
-    problems_.error(path, path + " is " + value.text + " (values in a case do not exceed 10^15). Check its digits.");
+    problems_.reject(path, "is " + value.text + " (values in a case do not exceed 10^15). Check its digits.");
     return {};
   }
   return parse_number(path, value, range) ? number : std::nullopt;
@@ -220,9 +218,7 @@ std::size_t Reader::size(const std::string& key) {
   return 0;
 }
 
-void Reader::reject(const std::string& key, const std::string& problem) {
-  problems_.error(path_of(key), path_of(key) + " " + problem);
-}
+void Reader::reject(const std::string& key, const std::string& problem) { problems_.reject(path_of(key), problem); }
 
 void Reader::accept_all() { accepts_all_ = true; }
 

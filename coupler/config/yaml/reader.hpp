@@ -74,6 +74,14 @@ class Reader {
   bool accepts_all_ = false;
 };
 
+/// What a user may have meant by a key that a section does not have: the same quantity in another unit or spelling, or
+/// by another of its names; or a key of another section.
+/// @param known      keys of the section
+/// @param elsewhere  paths of all keys, as in docs/case_keys.md
+/// @return "Did you mean …?", "It is a key of …." or "Known here: …."
+std::string hint_for(const std::string& key, const std::vector<std::string>& known,
+                     const std::vector<std::string>& elsewhere);
+
 /// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
 /// @throws CaseError if a quote is not closed
 std::vector<std::string> split_command(const std::string& command);

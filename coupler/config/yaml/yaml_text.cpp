@@ -1,5 +1,3 @@
-#include "config/yaml/yaml_text.hpp"
-
 #include <algorithm>
 #include <optional>
 #include <set>
@@ -9,6 +7,7 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
+#include "config/yaml/document.hpp"
 #include "conversion/text.hpp"
 
 namespace copepod::coupler {

@@ -48,7 +48,7 @@ TEST(RoundedOmega, IsThatOfThePapersCaptions) { EXPECT_DOUBLE_EQ(rounded_omega_p
 struct DesignA {
   Swimmer swimmer;
   Case the_case;
-  SwimmerMeasurement measured;
+  Cycle cycle;
 
   DesignA() {
     swimmer.beads = {small_sphere, small_sphere, small_sphere};
@@ -57,18 +57,21 @@ struct DesignA {
     the_case.fluid.kinematic_viscosity_m2_per_s = 7.36e-5;
     the_case.fluid.cell_size_m = cell_m;
     the_case.step_s = paper_step_s;
-    measured.displacement_m = 9.05e-6 * 28116 * cell_m;
-    measured.arms[0] = {16.1 * cell_m, 2.53 * cell_m, std::asin(0.94)};
-    measured.arms[1] = {16.1 * cell_m, 3.80 * cell_m, 0.0};
-    measured.mean_power_W = 1.0;
-    measured.max_speed_m_per_s = {0.061, 0.065, 0.078};
+    cycle.displacement_m.setZero(3, 3);
+    cycle.displacement_m.col(1) = 9.05e-6 * 28116 * cell_m * Eigen::Vector3d::UnitZ();
+    cycle.arms.resize(3, 2);
+    cycle.arms.col(0) = Eigen::Vector3d(16.1 * cell_m, 2.53 * cell_m, std::asin(0.94));
+    cycle.arms.col(1) = Eigen::Vector3d(16.1 * cell_m, 3.80 * cell_m, 0.0);
+    cycle.power_W = 1.0;
+    cycle.power_as_in_paper_W = 0.5;
+    cycle.max_speed_along_m_per_s = Eigen::Vector3d(0.061, 0.065, 0.078);
   }
 };
 
 TEST(SwimmerFigures, ReproduceThePapersRowOfDesignA) {
   const DesignA a;
-  const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
+  const SwimmerFigures figures = evaluate(a.cycle, Eigen::Vector3d::UnitZ(), a.swimmer, a.the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.cycle, a.swimmer, a.the_case);
   const double to_lattice = paper_step_s / cell_m;
   EXPECT_NEAR(figures.u_swim_m_per_s * to_lattice, 9.05e-6, 1e-12);
   EXPECT_NEAR(as_in_paper.at_rounded_omega.u_GA_m_per_s * to_lattice, 8.98e-6, 0.05e-6);
@@ -81,9 +84,9 @@ TEST(SwimmerFigures, ReproduceThePapersRowOfDesignA) {
 
 TEST(SwimmerFigures, HaveThePositiveReynoldsNumberOfASwimmerThatSwimsBackwards) {
   DesignA a;
-  const SwimmerFigures forwards = evaluate(a.measured, a.swimmer, a.the_case);
-  a.measured.displacement_m *= -1.0;
-  const SwimmerFigures backwards = evaluate(a.measured, a.swimmer, a.the_case);
+  const SwimmerFigures forwards = evaluate(a.cycle, Eigen::Vector3d::UnitZ(), a.swimmer, a.the_case);
+  a.cycle.displacement_m *= -1.0;
+  const SwimmerFigures backwards = evaluate(a.cycle, Eigen::Vector3d::UnitZ(), a.swimmer, a.the_case);
   EXPECT_EQ(backwards.u_swim_m_per_s, -forwards.u_swim_m_per_s);
   EXPECT_GT(*forwards.Re_swim, 0.0);
   EXPECT_EQ(*backwards.Re_swim, *forwards.Re_swim);
@@ -91,8 +94,8 @@ TEST(SwimmerFigures, HaveThePositiveReynoldsNumberOfASwimmerThatSwimsBackwards) 
 
 TEST(SwimmerFigures, ExchangeTheVelocitiesOfTheFirstTwoReynoldsColumnsAsThePaperDoes) {
   const DesignA a;
-  const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
+  const SwimmerFigures figures = evaluate(a.cycle, Eigen::Vector3d::UnitZ(), a.swimmer, a.the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.cycle, a.swimmer, a.the_case);
   EXPECT_DOUBLE_EQ(*figures.Re_bodies[0], 0.061 * 8 * cell_m / 7.36e-5);
   EXPECT_DOUBLE_EQ(*as_in_paper.Re_bodies[0], 0.065 * 8 * cell_m / 7.36e-5);
   EXPECT_DOUBLE_EQ(*as_in_paper.Re_bodies[1], 0.061 * 8 * cell_m / 7.36e-5);
@@ -101,8 +104,8 @@ TEST(SwimmerFigures, ExchangeTheVelocitiesOfTheFirstTwoReynoldsColumnsAsThePaper
 
 TEST(SwimmerFigures, TakeTheSumOfTheRadiiInTheEfficiency) {
   const DesignA a;
-  const SwimmerFigures figures = evaluate(a.measured, a.swimmer, a.the_case);
-  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.measured, 0.5, a.swimmer, a.the_case);
+  const SwimmerFigures figures = evaluate(a.cycle, Eigen::Vector3d::UnitZ(), a.swimmer, a.the_case);
+  const FiguresAsInPaper as_in_paper = evaluate_as_in_paper(figures, a.cycle, a.swimmer, a.the_case);
   const double u = figures.u_swim_m_per_s;
   const double useful_W = 6 * std::numbers::pi * 1360 * 7.36e-5 * 12 * cell_m * u * u;
   ASSERT_TRUE(figures.at_omega.efficiency);

@@ -17,7 +17,7 @@
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
-#include "config/yaml/yaml_text.hpp"
+#include "config/yaml/document.hpp"
 #include "conversion/codec.hpp"
 #include "copepod/v1/setup.pb.h"
 #include "temporary_folder.hpp"

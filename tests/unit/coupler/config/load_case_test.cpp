@@ -9,7 +9,6 @@
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
 #include "config/yaml/document.hpp"
-#include "config/yaml/yaml_text.hpp"
 #include "contract/errors.hpp"
 #include "temporary_folder.hpp"
 

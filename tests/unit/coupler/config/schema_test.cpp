@@ -11,7 +11,6 @@
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
-#include "config/yaml/yaml_text.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {

@@ -5,7 +5,7 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
-#include "config/yaml/yaml_text.hpp"
+#include "config/yaml/document.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "config/load_case.hpp"
-#include "config/yaml/yaml_text.hpp"
+#include "config/yaml/document.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
-#include "config/yaml/yaml_text.hpp"
+#include "config/yaml/document.hpp"
 #include "geometry/rotation.hpp"
 #include "temporary_folder.hpp"
 

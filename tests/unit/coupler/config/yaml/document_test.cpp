@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "config/yaml/yaml_text.hpp"
-
 namespace copepod::coupler {
 namespace {
 

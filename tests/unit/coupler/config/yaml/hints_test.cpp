@@ -1,5 +1,3 @@
-#include "config/yaml/hints.hpp"
-
 #include <algorithm>
 #include <map>
 #include <regex>
@@ -11,6 +9,7 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
+#include "config/yaml/reader.hpp"
 
 namespace copepod::coupler {
 namespace {
