@@ -11,7 +11,7 @@
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"
-#include "config/yaml/yaml_text.hpp"
+#include "config/yaml/document.hpp"
 #include "contract/features.hpp"
 #include "conversion/codec.hpp"
 #include "geometry/contact_time.hpp"

@@ -70,7 +70,7 @@ inline double core_half_length_m(const Shape& shape) {
 /// Radius of the smallest sphere around the centre of mass that contains the shape [m]; of a compound an upper bound.
 double bounding_radius_m(const Shape& shape);
 
-/// Volume of a sphere or capsule V = π r² l + 4/3 π r³; of others what their radius says                  (B1), (B3)
+/// Volume of a sphere or capsule V = π r² l + 4/3 π r³; of others that of a sphere of their radius          (B1), (B3)
 /// [theory_bodies.md]
 double volume_m3(const Shape& shape);
 

@@ -1,8 +1,7 @@
 """Cases drawn at random: whatever a case may contain, in small domains and for few steps.
 
 Everything is drawn in lattice units (cells, steps, masses of a cell of fluid) and written in SI units. `draw(seed,
-attempt, shapes)` is a function of its arguments alone. Some drawn cases are refused by `copepod check`; take another
-attempt.
+attempt, shapes)` is a function of its arguments alone. Some cases are refused by `copepod check`; take another attempt.
 """
 
 import math

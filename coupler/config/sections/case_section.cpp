@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/yaml_text.hpp"
+#include "config/yaml/document.hpp"
 #include "contract/digest.hpp"
 #include "contract/words.hpp"
 
