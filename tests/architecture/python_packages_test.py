@@ -18,7 +18,6 @@ MAY_IMPORT = {
     "copepod_bench": {"copepod_run"},
     "copepod_campaign": {"copepod_run"},
     "copepod_report": {"copepod_run"},
-    "copepod_swimmers": {"copepod_report", "copepod_run"},
     "copepod_validation": {"copepod_campaign", "copepod_report", "copepod_run"},
     "copepod_watch": {"copepod_report", "copepod_run"},
     "copepod_command": {

@@ -1,6 +1,6 @@
 """Draws the figures and tables of docs/results/swimmers.md:
 
-    deploy/copepod python -m copepod_swimmers runs/swimmers docs/results
+    deploy/copepod python tests/validation/swimmers.py runs/swimmers docs/results
 """
 
 import sys
