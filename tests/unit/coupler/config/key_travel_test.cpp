@@ -34,8 +34,12 @@ std::string other_mesh(const std::string& path) {
   return path + R"(.text="v 1 1 1\nv -1 -1 1\nv -1 1 -1\nv 1 -1 -2\nf 2 1 3\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")";
 }
 
+/// Our Stokes flow has spheres only.
+const std::string only_ball =
+    "bodies=[{name: ball, radius_m: 2.0e-6, mass_kg: 5.0e-13, position_m: [8.0e-6, 25.0e-6, 20.0e-6]}]";
+
 const Travels fluid_travels{
-    {"kind", {"fluid.solver=stokes"}},
+    {"kind", {"fluid.solver=stokes", "obstacles=null", only_ball}},
     {"step_s", {"fluid.relaxation_time=0.7"}},
     {"cell_size_m", {"fluid.symmetry_planes=[]", "fluid.cell_size_m=1.05e-6"}},
     {"density_kg_per_m3", {"fluid.density_kg_per_m3=1300"}},
@@ -62,14 +66,18 @@ const Travels fluid_travels{
     {"bodies.kind", {"bodies.0.shape=capsule"}},
     {"bodies.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
-    {"bodies.extents_m", {"bodies.1.semi_axes_m=[1.0e-6, 2.0e-6, 2.5e-6]"}},
-    {"bodies.mesh", {"bodies.1.shape=mesh", "bodies.1.semi_axes_m=null", other_mesh("bodies.1")}},
+    {"bodies.extents_m",
+     {"bodies.1.semi_axes_m=[1.0e-6, 2.0e-6, 2.5e-6]", "bodies.2.edges_m=[3.0e-6, 4.0e-6, 5.5e-6]"}},
+    {"bodies.mesh",
+     {"bodies.1={name: egg, shape: mesh, unit_m: 1.0e-6, mass_kg: 1.0e-13, position_m: [40.0e-6, 18.0e-6, 10.0e-6]}",
+      other_mesh("bodies.1")}},
     {"bodies.parts.shape.kind", {"bodies.4.parts.0.shape=capsule"}},
     {"bodies.parts.shape.radius_m", {"bodies.4.parts.0.radius_m=1.1e-6"}},
     {"bodies.parts.shape.length_m", {"bodies.4.parts.0.length_m=5.0e-6"}},
     {"bodies.parts.shape.extents_m", {"bodies.4.parts.1.edges_m=[2.0e-6, 5.0e-6, 2.0e-6]"}},
     {"bodies.parts.shape.mesh", {"bodies.4.parts.0={shape: mesh, unit_m: 1.0e-6}", other_mesh("bodies.4.parts.0")}},
-    {"bodies.parts.position_m", {"bodies.4.parts.1.position_m=[0, 0, 3.0e-6]"}},
+    {"bodies.parts.position_m",
+     {"bodies.4.parts.1.position_m=[0, 0, 7.0e-6]", "bodies.2.center_of_mass_m=[1.0e-7, 2.0e-7, 4.0e-7]"}},
     {"bodies.parts.orientation_wxyz", {"bodies.4.parts.1.orientation_wxyz=[0.8, 0, 0, 0.6]"}},
     {"meshes.vertices_m", {"bodies.3.unit_m=2.1e-6"}},
     {"meshes.triangles", {other_mesh("bodies.3")}},
@@ -108,20 +116,24 @@ const Travels body_travels{
     {"bodies.shape.kind", {"bodies.0.shape=capsule"}},
     {"bodies.shape.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.shape.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
-    {"bodies.shape.extents_m", {"bodies.1.semi_axes_m=[1.0e-6, 2.0e-6, 2.5e-6]"}},
-    {"bodies.shape.mesh", {"bodies.1.shape=mesh", "bodies.1.semi_axes_m=null", other_mesh("bodies.1")}},
+    {"bodies.shape.extents_m",
+     {"bodies.1.semi_axes_m=[1.0e-6, 2.0e-6, 2.5e-6]", "bodies.2.edges_m=[3.0e-6, 4.0e-6, 5.5e-6]"}},
+    {"bodies.shape.mesh",
+     {"bodies.1={name: egg, shape: mesh, unit_m: 1.0e-6, mass_kg: 1.0e-13, position_m: [40.0e-6, 18.0e-6, 10.0e-6]}",
+      other_mesh("bodies.1")}},
     {"bodies.shape.parts.shape.kind", {"bodies.4.parts.0.shape=capsule"}},
     {"bodies.shape.parts.shape.radius_m", {"bodies.4.parts.0.radius_m=1.1e-6"}},
     {"bodies.shape.parts.shape.length_m", {"bodies.4.parts.0.length_m=5.0e-6"}},
     {"bodies.shape.parts.shape.extents_m", {"bodies.4.parts.1.edges_m=[2.0e-6, 5.0e-6, 2.0e-6]"}},
     {"bodies.shape.parts.shape.mesh",
      {"bodies.4.parts.0={shape: mesh, unit_m: 1.0e-6}", other_mesh("bodies.4.parts.0")}},
-    {"bodies.shape.parts.position_m", {"bodies.4.parts.1.position_m=[0, 0, 3.0e-6]"}},
+    {"bodies.shape.parts.position_m",
+     {"bodies.4.parts.1.position_m=[0, 0, 7.0e-6]", "bodies.2.center_of_mass_m=[1.0e-7, 2.0e-7, 4.0e-7]"}},
     {"bodies.shape.parts.orientation_wxyz", {"bodies.4.parts.1.orientation_wxyz=[0.8, 0, 0, 0.6]"}},
     {"meshes.vertices_m", {"bodies.3.unit_m=2.1e-6"}},
     {"meshes.triangles", {other_mesh("bodies.3")}},
     {"bodies.inertia_kg_m2", {"bodies.2.inertia_kg_m2=[2.0e-25, 2.1e-25, 2.2e-25, 1.1e-26, 2.0e-26, 3.0e-26]"}},
-    {"bodies.mass_kg", {"bodies.0.mass_kg=4.0e-13"}},
+    {"bodies.mass_kg", {"bodies.0.mass_kg=4.0e-13", "bodies.1.density_kg_per_m3=900"}},
     {"bodies.motion", {"bodies.0.motion=free"}},
     {"bodies.axis", {"bodies.0.axis=[0, 0, 1]"}},
     {"bodies.position_m", {"bodies.0.position_m=[8.0e-6, 25.0e-6, 22.0e-6]"}},
@@ -178,7 +190,7 @@ const Travels body_travels{
 const std::vector<std::string> travelling_sections{"fluid.",    "body.",   "bodies.[].", "springs.[].",
                                                    "bends.[].", "gravity", "contact."};
 const std::set<std::string> keys_of_the_coupler{"fluid.solver.command", "body.solver", "body.solver.command",
-                                                "body.model.file"};
+                                                "body.model.file", "bodies.[].file"};
 
 /// Values of every field of a message as text, by path; entries of lists one after the other.
 using Leaves = std::map<std::string, std::string>;

@@ -27,6 +27,7 @@ BodySetup body_setup() {
   BodySetup setup;
   setup.step_s = 1e-6;
   setup.bodies.resize(1);
+  setup.bodies[0].shape.radius_m = 1e-6;
   setup.bodies[0].mass_kg = 1e-12;
   setup.bodies[0].velocity_m_per_s = {1e-3, 0, 0};
   return setup;

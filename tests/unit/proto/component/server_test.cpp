@@ -23,6 +23,7 @@ BodySetup one_free_sphere() {
   BodySetup setup;
   setup.step_s = 0.5;
   setup.bodies.resize(1);
+  setup.bodies[0].shape.radius_m = 1e-6;
   setup.bodies[0].mass_kg = 2;
   return setup;
 }

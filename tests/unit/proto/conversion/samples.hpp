@@ -77,7 +77,6 @@ inline FluidSetup sample_fluid_setup() {
   setup.film_thickness_m = 1.0 / 13;
   setup.wall_overlap_m = 1.0 / 17;
   setup.bodies = {{ShapeKind::sphere, 4e-6, 0}, {ShapeKind::capsule, 4e-6, 8e-6}};
-  setup.obstacles = {{"rock", sample_shape(), {1e-6, 2e-6, 1.0 / 3}, {0, 0.6, 0, 0.8}}};
   setup.jointed = {{0, 1}};
   setup.fields = {"/runs/a/fields",    100, 5, 50, 2, {FieldQuantity::pressure, FieldQuantity::velocity},
                   {3, 4, 0, 0, 5, 50}, 1};
@@ -102,8 +101,6 @@ inline BodySetup sample_body_setup() {
   body.velocity_m_per_s = {1, 2, 3};
   body.angular_velocity_rad_per_s = {4, 5, 6};
   setup.bodies = {body, body};
-  setup.bodies[1].shape = sample_shape();
-  setup.bodies[1].inertia_kg_m2 = {2e-25, 2.1e-25, 2.2e-25, 1e-26, 2e-26, 1.0 / 3};
   setup.springs = {{0, 1, 1.72965, 1.57237e-7, 1.6e-5, {1e-6, 0, 0}, {0, 1e-6, 0}}};
   setup.bends = {{1, 0, 1, 2e-16, 2.5}};
   setup.joints = {{JointKind::hinge, 0, 1, {1e-6, 0, 0}, {0, 1e-6, 0}, {0, 0.6, 0.8}, 1e-13, 2e-19, -0.5, -1.5, 0.25},
