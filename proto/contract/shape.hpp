@@ -34,7 +34,13 @@ struct TriangleMesh {
   }
 };
 
-struct ShapePart;
+/// Part of a compound, in the frame of the whole. `Any`: Shape, which has parts itself.
+template <class Any>
+struct PartOf {
+  Any shape;  ///< any but a compound
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+};
 
 /// Rigid shape in the body frame, whose origin is the centre of mass.
 /// A capsule is a cylinder of `length_m` along the body's z axis, closed by two half spheres; a cylinder has flat ends;
@@ -45,15 +51,10 @@ struct Shape {
   double length_m = 0.0;  ///< of the cylinder, or the cylinder part; else 0
   Eigen::Vector3d extents_m = Eigen::Vector3d::Zero();  ///< semi-axes of an ellipsoid, edges of a box
   std::shared_ptr<const TriangleMesh> mesh = nullptr;
-  std::vector<ShapePart> parts = {};  ///< of a compound
+  std::vector<PartOf<Shape>> parts = {};  ///< of a compound
 };
 
-/// Part of a compound, in the frame of the whole.
-struct ShapePart {
-  Shape shape;  ///< any but a compound
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
-};
+using ShapePart = PartOf<Shape>;
 
 /// Whether a shape is all points within `radius_m` of its core segment. Thin films and contacts of our own are those of
 /// such shapes.
