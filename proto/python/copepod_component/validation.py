@@ -11,8 +11,9 @@ MESSAGE_BYTES = 256 << 20
 ENTRIES = 1_000_000  # of every list in a setup
 CELLS = 10**12
 STRING_BYTES = 4096
-_LENGTHS = {"boundaries": 6, "orientation_wxyz": 4}  # of lists in a setup; other lists of numbers are vectors of 3
-_OF_ANY_LENGTH = {"quantities", "region_cells"}
+# Of lists in a setup; other lists of numbers are vectors of 3.
+_LENGTHS = {"boundaries": (6,), "orientation_wxyz": (4,), "extents_m": (0, 3), "inertia_kg_m2": (0, 6)}
+_OF_ANY_LENGTH = {"quantities", "region_cells", "vertices_m", "triangles"}
 
 
 def check_version(envelope):
@@ -119,8 +120,8 @@ def _check_length(field, entries):
     if field.type == FieldDescriptor.TYPE_MESSAGE and field.name not in _LENGTHS:
         if len(entries) > ENTRIES:
             raise _refused(f"{field.name} has {len(entries)} entries, at most {ENTRIES} are allowed")
-    elif field.name not in _OF_ANY_LENGTH and len(entries) != _LENGTHS.get(field.name, 3):
-        raise _refused(f"{field.name} has {len(entries)} entries, not {_LENGTHS.get(field.name, 3)}")
+    elif field.name not in _OF_ANY_LENGTH and len(entries) not in _LENGTHS.get(field.name, (3,)):
+        raise _refused(f"{field.name} has {len(entries)} entries, not {_LENGTHS.get(field.name, (3,))[-1]}")
 
 
 def _refused(why):
