@@ -126,6 +126,7 @@ double first_torque(double radius, const Method& method, Communicator& communica
   const auto cells = static_cast<std::int64_t>(2.0 * radius) + 4;
   setup.domain_cells = {cells, cells, cells};
   setup.bodies = {{ShapeKind::sphere, radius, 0.0}};
+  setup.obstacles.clear();
   Kinematics spinning;
   spinning.resize(1);
   spinning.position_m.setConstant(0.5 * static_cast<double>(cells));
