@@ -12,8 +12,10 @@ def with_surfaces(case):
     for swimmer in case.get("swimmers") or []:
         for name, bead in zip(("B2", "B1", "B3"), swimmer["beads"]):
             shapes[f"{swimmer['name']}.{bead.get('name') or name}"] = bead
-    surfaces = [_surface(shape["radius_m"], shape.get("length_m") or 0) for shape in shapes.values()]
-    numbers = {name: number for number, name in enumerate(shapes)}
+    sizes = {name: (shape["radius_m"], shape.get("length_m") or 0) for name, shape in shapes.items()}
+    different = list(dict.fromkeys(sizes.values()))
+    surfaces = [_surface(*size) for size in different]
+    numbers = {name: different.index(size) for name, size in sizes.items()}
     return {**case, "surfaces": {"surfaces": surfaces, "bodies": numbers, "obstacles": []}}
 
 

@@ -6,6 +6,8 @@ import math
 import h5py
 import numpy as np
 
+from surfaces import with_surfaces
+
 CELL_M, STEP_S = 1e-6, 1e-9
 PERIOD, CYCLES = 400, 5
 ARMS = ((16.0, 2.5, 0.3), (16.5, 3.75, -0.9))  # l̄ [cells], d [cells], φ [rad]
@@ -35,7 +37,8 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
         ],
         "output": {"fields": {"mean_over_steps": [0, 2000]}},
     }
-    (folder / "case.yaml").write_text(json.dumps({"name": name, "steps": steps, "case": case}))
+    surfaces = with_surfaces(case)["surfaces"]
+    (folder / "case.yaml").write_text(json.dumps({"name": name, "steps": steps, "case": case, "surfaces": surfaces}))
     swimmer = {
         "name": "swimmer",
         "u_swim_lattice": SPEED,
@@ -85,6 +88,7 @@ def write_swarm(folder, swimmers=100, samples=60):
     content = json.loads((folder / "case.yaml").read_text())
     (first,) = content["case"]["swimmers"]
     content["case"]["swimmers"] = [{**first, "name": f"s{number}"} for number in range(swimmers)]
+    content["surfaces"] = with_surfaces(content["case"])["surfaces"]
     (folder / "case.yaml").write_text(json.dumps(content))
     summary = json.loads((folder / "summary.json").read_text())
     entries = [{"name": f"s{number}"} for number in range(swimmers)]

@@ -193,9 +193,10 @@ class InChromium(unittest.TestCase):
             self.assertIn("20.00, 20.00, 56.00", tip)
             self.assertIn("2 mm/s", tip)
 
-        with self.subTest("draws a sphere at each end of a capsule"):
-            ends = browser.value("[14, 30].map((z) => window.copepod.views[0].stage.round[1].instanceMatrix.array[z])")
-            np.testing.assert_allclose(ends, [44, 36], atol=1e-3)
+        with self.subTest("draws a capsule in its whole length"):
+            heights = "window.copepod.views[0].stage.beads[1].geometry.attributes.position.array"
+            ends = browser.value(f"[Math.min, Math.max].map((most) => most(...{heights}))")
+            np.testing.assert_allclose(ends, [-8, 8], atol=1e-3)
         self.assertEqual(browser.problems, [])
         self.assertEqual(browser.requests, [f"file://{self.path}"])
 
