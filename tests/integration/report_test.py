@@ -11,6 +11,7 @@ from unittest import mock
 
 import h5py
 import numpy as np
+from matplotlib.collections import LineCollection
 
 from copepod_session import CommandTest
 from surfaces import with_surfaces
@@ -366,9 +367,9 @@ class Report(CommandTest):
         content["case"]["fluid"]["symmetry_planes"] = ["y", "z"]  # all bodies are on the first
         (self.folder / "run/case.yaml").write_text(json.dumps(content))
         run = RunRecord(self.folder / "run", read_case)
-        outlines = [patch for patch in draw(run, self.chosen(plane="yz")).axes[0].patches if patch.get_zorder() == 5]
-        boxes = [outline.get_path().get_extents(outline.get_patch_transform()) for outline in outlines]
-        middles = np.array([(box.min + box.max) / 2 for box in boxes])
+        drawn = [lines for lines in draw(run, self.chosen(plane="yz")).axes[0].collections if lines.get_zorder() == 5]
+        outlines = [np.vstack(lines.get_segments()) for lines in drawn if isinstance(lines, LineCollection)]
+        middles = np.array([(points.min(axis=0) + points.max(axis=0)) / 2 for points in outlines])
         self.assertEqual(middles.shape, (6, 2))
         np.testing.assert_allclose(middles[:, 0], 12)
         np.testing.assert_allclose(middles[::2, 1] + middles[1::2, 1], 60)
