@@ -223,7 +223,6 @@ ordered_json make_plan(const LoadedCase& loaded) {
       {"silence_s", the_case.services.silence_s}};
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
                       {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
-  plan["surfaces"] = surfaces_of(loaded);
   plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},
                     {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},

@@ -110,7 +110,9 @@ int run_plan(const Options& options, std::ostream& out) {
   } else {
     const LoadedCase loaded = load_case(options.case_file, options.overrides);
     find_branch(options, loaded);
-    out << make_plan(loaded).dump() << std::endl;
+    nlohmann::ordered_json plan = make_plan(loaded);
+    if (options.surfaces) plan["surfaces"] = surfaces_of(loaded);
+    out << plan.dump() << std::endl;
   }
   return static_cast<int>(ExitCode::finished);
 }
@@ -181,6 +183,7 @@ Options parse_command_line(int argc, const char* const* argv) {
   int ranks = 0;
   app.set_version_flag("--version", build_info().version);
   auto* plan_option = app.add_option("--plan", plan, "Check a case or campaign file and print it as JSON");
+  app.add_flag("--surfaces", options.surfaces, "With the surfaces of bodies and obstacles")->needs(plan_option);
   app.add_option("--run", run, "Run a case file")->excludes(plan_option);
   app.add_option("--schema", options.schema, "Print the JSON schema of case or campaign files")
       ->check(CLI::IsMember({"case", "campaign"}));

@@ -24,6 +24,7 @@ struct Options {
 
   Action action = Action::nothing;
   std::string case_file;               ///< to plan also a campaign file
+  bool surfaces = false;               ///< of bodies and obstacles, in a plan
   std::string schema;                  ///< of a case or of a campaign
   std::vector<std::string> overrides;  ///< of --set, --ranks, --fluid and --body, as "key.path=value"
   std::string out;                     ///< run directory

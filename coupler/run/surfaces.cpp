@@ -32,13 +32,11 @@ ordered_json surface_of(const Shape& shape, int around) {
     return entry->second;
   };
   std::vector<int> triangles;
-  for (std::size_t i = 0; i + 2 < surface.strip.size(); ++i) {
-    const bool is_even = i % 2 == 0;
-    const int a = number_of(surface.strip[i]);
-    const int b = number_of(surface.strip[is_even ? i + 1 : i + 2]);
-    const int c = number_of(surface.strip[is_even ? i + 2 : i + 1]);
-    if (a != b && b != c && c != a) triangles.insert(triangles.end(), {a, b, c});
-  }
+  surface.for_each_triangle([&](std::int32_t a, std::int32_t b, std::int32_t c) {
+    const std::array corners{number_of(a), number_of(b), number_of(c)};
+    if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0])
+      triangles.insert(triangles.end(), corners.begin(), corners.end());
+  });
   const ordered_json radius_m = is_round(shape) ? ordered_json(shape.radius_m) : ordered_json(nullptr);
   return {{"radius_m", radius_m}, {"unit_m", unit_m}, {"points", points}, {"triangles", triangles}};
 }

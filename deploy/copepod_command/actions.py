@@ -14,7 +14,7 @@ from copepod_run import build, destinations, packages
 from copepod_run.checkout import ROOT, build_digest
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.messages import say
-from copepod_run.plan import plan_of
+from copepod_run.plan import drawn_case, plan_of
 
 _START_PATIENCE_S = 10.0  # of `watch`, for a run that has just been started to write its case
 _ADVICE = "Start one with copepod run CASE.yaml --out DIR, then watch that folder."
@@ -47,10 +47,9 @@ def report(options: Namespace) -> int:
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
     if not options.out and Path(out).is_symlink():
         raise StorageFailed(f"{out} leads elsewhere (it is a symbolic link). Name the folder with --out.")
-    # The coupler is the only parser of cases.
-    read, choice = (lambda path: plan_of(path).drawn_case), Choice(options.x, options.y)
+    choice = Choice(options.x, options.y)
     view = View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
-    print(write_report(options.directories, out, read, view, options.format, choice, options.video))
+    print(write_report(options.directories, out, drawn_case, view, options.format, choice, options.video))
     return ExitCode.FINISHED
 
 
@@ -68,12 +67,12 @@ def watch(options: Namespace) -> int:
     cases: dict[Path, dict[str, object]] = {}
 
     def follow(path: Path) -> RunFollower:
-        plan = plan_of(path / "case.yaml")  # the coupler is the only parser of cases
-        cases[path] = plan.drawn_case
+        plan = plan_of(path / "case.yaml", asked=["--surfaces"])  # the coupler is the only parser of cases
+        cases[path] = {**plan.case, "surfaces": plan.surfaces}
         return RunFollower(path, cases[path], plan.estimate.get("cells", 0))
 
     def report(path: Path) -> str:
-        return page_of(path, lambda case: cases.get(case.parent) or plan_of(case).drawn_case)
+        return page_of(path, lambda case: cases.get(case.parent) or drawn_case(case))
 
     draw = partial(opening_figures, canvas=Canvas(None))
     with WatchServer(directory, options.port, follow, report, draw, say) as server:

@@ -24,7 +24,6 @@ class Plan:
     steps: int
     case: dict[str, Any]
     case_yaml: str
-    surfaces: dict[str, Any]  # of bodies and obstacles, for pages
     fluid_ranks: int
     fluid_command: list[str] | None  # replaces our fluid service
     body_solver: str  # "own", "bullet", "mujoco" or "external"
@@ -38,12 +37,8 @@ class Plan:
     warnings: list[str]
     notes: list[dict[str, str]]
     sweep: dict[str, Any] | None  # of a case that is several: swept keys, and values and settings of each member
+    surfaces: dict[str, Any] | None = None  # of bodies and obstacles, if they were asked for
     unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
-
-    @property
-    def drawn_case(self) -> dict[str, Any]:
-        """The case, and under `surfaces` what pages draw of it."""
-        return {**self.case, "surfaces": self.surfaces}
 
     def command_of(self, role: str) -> list[str] | None:
         """Replaces our fluid or body service."""
@@ -70,15 +65,15 @@ def case_arguments(options: Namespace) -> list[str]:
     return arguments
 
 
-def request(options: Namespace) -> Plan | CampaignPlan:
+def request(options: Namespace, asked: Sequence[str] = ()) -> Plan | CampaignPlan:
     """Asks the coupler about a file. Raises Stop(2) with its list of errors if it is bad."""
-    text = _ask_coupler(["--plan", *case_arguments(options)])
+    text = _ask_coupler(["--plan", *case_arguments(options), *asked])
     return parse_campaign(text) or parse_plan(text)
 
 
-def request_plan(options: Namespace) -> Plan:
+def request_plan(options: Namespace, asked: Sequence[str] = ()) -> Plan:
     """Of a case."""
-    plan = request(options)
+    plan = request(options, asked)
     if isinstance(plan, CampaignPlan):
         hint = f"Run it with: copepod campaign {options.case}"
         raise BadCase(f"{options.case} is a campaign (a list of cases). {hint}")
@@ -90,9 +85,15 @@ def check_beginning(options: Namespace, beginning: Sequence[str]) -> None:
     _ask_coupler(["--plan", *case_arguments(options), *beginning])
 
 
-def plan_of(file: str | Path, settings: Sequence[str] = ()) -> Plan:
-    """Plan of a case file. Raises Stop(2) if it is bad or missing."""
-    return request_plan(Namespace(case=str(file), set=settings, ranks=None, fluid=None, body=None))
+def plan_of(file: str | Path, settings: Sequence[str] = (), asked: Sequence[str] = ()) -> Plan:
+    """Plan of a case file; `asked`: "--surfaces" if pages draw it. Raises Stop(2) if it is bad or missing."""
+    return request_plan(Namespace(case=str(file), set=settings, ranks=None, fluid=None, body=None), asked)
+
+
+def drawn_case(file: str | Path) -> dict[str, Any]:
+    """The resolved case in `file`, and `surfaces`: what pages draw of it. Raises Stop(2) if it is bad or missing."""
+    plan = plan_of(file, asked=["--surfaces"])
+    return {**plan.case, "surfaces": plan.surfaces}
 
 
 def request_campaign(file: str, settings: Sequence[str] = ()) -> CampaignPlan:
@@ -160,7 +161,6 @@ def parse_plan(text: str) -> Plan:
             steps=int(plan["steps"]),
             case=plan["case"],
             case_yaml=plan["case_yaml"],
-            surfaces=plan["surfaces"],
             fluid_ranks=int(services["fluid"]["ranks"]),
             fluid_command=services["fluid"].get("command"),
             body_solver=services["body"].get("solver", "own"),
@@ -174,6 +174,7 @@ def parse_plan(text: str) -> Plan:
             warnings=plan.get("warnings", []),
             notes=plan.get("notes", []),
             sweep=plan.get("sweep"),
+            surfaces=plan.get("surfaces"),
         )
     except (ValueError, KeyError, TypeError) as problem:
         raise Stop(

@@ -132,7 +132,7 @@ class Run:
 
         with stops_as_errors():
             build.ensure_programs()  # the coupler reads the case
-            return RunRecord(self.directory, lambda path: plan_of(path).drawn_case)
+            return RunRecord(self.directory, lambda path: plan_of(path).case)
 
 
 class Campaign(Sequence[Run]):

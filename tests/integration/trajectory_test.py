@@ -17,7 +17,7 @@ from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord
 from copepod_report.swarm import Swarm
 from copepod_report.trajectory import GrowingTrajectory, Trajectory, trajectory_in
-from copepod_run.plan import plan_of
+from copepod_run.plan import drawn_case
 from copepod_watch.follower import TrajectoryFollower
 
 VACUUM = ROOT / "configs/quick/vacuum.yaml"
@@ -43,10 +43,6 @@ output: {trajectory: {every_steps: 20}, bodies: {every_steps: 0}}
 """
 
 
-def read_case(path):
-    return plan_of(path).drawn_case
-
-
 def content_of(path):
     """Every dataset, as any program sees it."""
     with h5py.File(path) as file:
@@ -67,7 +63,7 @@ class TrajectoryTest(WholeRunTest):
         compact, text = self.run_of_swarm(), self.run_of_swarm("output.trajectory.format=csv")
         self.assertEqual((trajectory_in(compact).name, trajectory_in(text).name), ("trajectory.h5", "trajectory.csv"))
         for directory, form in ((compact, "hdf5"), (text, "csv")):
-            self.assertEqual(read_case(directory / "case.yaml")["output"]["trajectory"]["format"], form)
+            self.assertEqual(drawn_case(directory / "case.yaml")["output"]["trajectory"]["format"], form)
         one, other = Trajectory(compact), Trajectory(text)
         self.assertEqual(one.bodies, other.bodies)
         self.assertEqual((one.bodies[0], len(one.bodies), len(one)), ("swimmer_01.B2", 120, 101))
@@ -87,7 +83,7 @@ class TrajectoryTest(WholeRunTest):
 
     def test_report_of_a_swarm_is_that_of_its_table(self):
         compact, text = self.run_of_swarm(), self.run_of_swarm("output.trajectory.format=csv")
-        one, other = (Swarm(RunRecord(directory, read_case)) for directory in (compact, text))
+        one, other = (Swarm(RunRecord(directory, drawn_case)) for directory in (compact, text))
         for name in ("centroids_m", "axes", "power_W", "along", "power_by_cycle_W"):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name), name)
             self.assertTrue(np.any(getattr(one, name)), name)
@@ -99,7 +95,7 @@ class TrajectoryTest(WholeRunTest):
             np.testing.assert_array_equal(values, expected)
         names = [name for name, _, _ in one.figures()]
         self.assertEqual(names, ["swarm", "speeds", "power", "orientations", "pairs", "spreading"])
-        pages = [page_of(directory, read_case) for directory in (compact, text)]
+        pages = [page_of(directory, drawn_case) for directory in (compact, text)]
         motions = [page.partition('"motion"')[2].partition("}")[0] for page in pages]
         self.assertTrue(motions[0])
         self.assertEqual(*motions)

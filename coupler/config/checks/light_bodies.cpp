@@ -46,19 +46,19 @@ double response_radius_m(const Shape& shape) {
   const Surface surface = make_solid(shape)->surface(32);
   Eigen::Matrix3d pushed = Eigen::Matrix3d::Zero();
   Eigen::Matrix3d turned = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i + 2 < surface.strip.size(); ++i) {
-    Eigen::Matrix3d corners;
-    for (int k = 0; k < 3; ++k) corners.col(k) = surface.points.col(surface.strip[i + static_cast<std::size_t>(k)]);
-    const Eigen::Vector3d edge = corners.col(1) - corners.col(0);
-    const Eigen::Vector3d area = 0.5 * edge.cross(Eigen::Vector3d(corners.col(2) - corners.col(0)));
-    if (area.isZero(0.0)) continue;
+  surface.for_each_triangle([&](int a, int b, int c) {
+    const Eigen::Vector3d first = surface.points.col(a);
+    const Eigen::Vector3d to_second = surface.points.col(b) - first;
+    const Eigen::Vector3d to_third = surface.points.col(c) - first;
+    const Eigen::Vector3d area = 0.5 * to_second.cross(to_third);
+    if (area.isZero(0.0)) return;
     const Eigen::Matrix3d A =
         area.norm() / 3.0 * Eigen::Matrix3d::Identity() + 2.0 / 3.0 * area * area.transpose() / area.norm();
-    const Eigen::Vector3d x = corners.rowwise().mean();
+    const Eigen::Vector3d x = first + (to_second + to_third) / 3.0;
     const Eigen::Matrix3d velocity{{0, x[2], -x[1]}, {-x[2], 0, x[0]}, {x[1], -x[0], 0}};  // of Ω × x
     pushed += A;
     turned += velocity.transpose() * A * velocity;
-  }
+  });
   using Most = Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d>;
   const double volume = volume_m3(shape);
   const Eigen::Matrix3d displaced = volume * Eigen::Matrix3d::Identity();

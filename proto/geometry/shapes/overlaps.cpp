@@ -70,12 +70,9 @@ double depth_of_edges_m(const Placed& one, const Placed& other) {
         deepest_m = std::max(deepest_m, way_out_m(other.solid, from_m + middle * edge_m, on_way));
     }
   };
-  const auto& strip = surface.strip;
-  for (std::size_t i = 0; i + 2 < strip.size(); ++i) {
-    const auto corner = [&](std::size_t j) { return strip[i + j % 3]; };
-    if (corner(0) == corner(1) || corner(1) == corner(2) || corner(2) == corner(0)) continue;  // joins strips
-    for (std::size_t j = 0; j < 3; ++j) follow(points_m.col(corner(j)), points_m.col(corner(j + 1)));
-  }
+  surface.for_each_triangle([&](std::int32_t a, std::int32_t b, std::int32_t c) {
+    for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {c, a}}) follow(points_m.col(from), points_m.col(to));
+  });
   return deepest_m > negligible_m ? deepest_m : 0.0;
 }
 

@@ -53,20 +53,20 @@ double thickness_m(const Shape& shape) {
   std::vector<std::pair<double, double>> ways;  // length, area
   double whole = 0.0;
   Intervals inside;
-  for (std::size_t i = 0; i + 2 < surface.strip.size(); i += every) {
-    Eigen::Matrix3d corners;
-    for (int k = 0; k < 3; ++k) corners.col(k) = surface.points.col(surface.strip[i + static_cast<std::size_t>(k)]);
-    Eigen::Vector3d normal =
-        Eigen::Vector3d(corners.col(1) - corners.col(0)).cross(Eigen::Vector3d(corners.col(2) - corners.col(0)));
+  const auto add_way = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
+    const Eigen::Vector3d first = surface.points.col(a);
+    const Eigen::Vector3d to_second = surface.points.col(b) - first;
+    const Eigen::Vector3d to_third = surface.points.col(c) - first;
+    const Eigen::Vector3d normal = to_second.cross(to_third);
     const double area = normal.norm();
-    if (area == 0.0) continue;
-    if (i % 2 != 0) normal = -normal;
-    solid->crossings(corners.rowwise().mean(), -normal / area, inside);
+    if (area == 0.0) return;
+    solid->crossings(first + (to_second + to_third) / 3.0, -normal / area, inside);
     const auto way = std::ranges::min_element(inside, {}, [](const Interval& part) { return std::abs(part.low); });
-    if (way == inside.end()) continue;
+    if (way == inside.end()) return;
     ways.emplace_back(way->high, area);
     whole += area;
-  }
+  };
+  surface.for_each_triangle(add_way, every);
   std::ranges::sort(ways);
   for (double thinner = 0.0; const auto& [length_m, area] : ways)
     if ((thinner += area) >= 0.25 * whole) return length_m;

@@ -48,6 +48,16 @@ struct Surface {
 
   /// Appends another strip, by triangles without area.
   void join(const std::vector<std::int32_t>& next);
+
+  /// visit(a, b, c) for triangles with three different points, counter-clockwise seen from outside.
+  /// @param every  leaves out all but every so many
+  template <class Visit>
+  void for_each_triangle(const Visit& visit, std::size_t every = 1) const {
+    for (std::size_t i = 0; i + 2 < strip.size(); i += every) {
+      const std::int32_t a = strip[i], b = strip[i + 1 + i % 2], c = strip[i + 2 - i % 2];
+      if (a != b && b != c && c != a) visit(a, b, c);
+    }
+  }
 };
 
 /// A closed region of space in a frame of its own, in any unit of length: all that is done with a shape. Each kind of
