@@ -204,12 +204,13 @@ def _read_members(path: Path) -> list[tuple[str, Sweep, dict[str, Any]]]:
     ]
 
 
-def rotated(vectors: ArrayLike, orientation_wxyz: Sequence[float]) -> np.ndarray:
-    """Vectors v of the frame of a body or swimmer in the world, shape (…, 3), from its unit quaternion (w, r).
+def rotated(vectors: ArrayLike, orientation_wxyz: ArrayLike) -> np.ndarray:
+    """Vectors v of the frame of a body or swimmer in the world, shape (…, 3), from its unit quaternions (w, r).
 
     v + 2 r × (r × v + w v)
     """
-    v, w, r = np.array(vectors, float), orientation_wxyz[0], np.array(orientation_wxyz[1:], float)
+    v, wr = np.array(vectors, float), np.array(orientation_wxyz, float)
+    w, r = wr[..., :1], wr[..., 1:]
     return v + 2 * np.cross(r, np.cross(r, v) + w * v)
 
 

@@ -19,7 +19,7 @@ from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section
 # Each has points (see `experiments`), case_of(point), evaluate(folder, point) and section(results); accuracy.md has
 # what it compares with.
 _CASES = (
-    *("sphere_array", "wall", "slow_bodies", "resistance", "shear", "oscillating_sphere", "sudden_start"),
+    *("sphere_array", "wall", "slow_bodies", "shapes", "resistance", "shear", "oscillating_sphere", "sudden_start"),
     *("inertial_drag", "settling_sphere", "crossing_sphere", "frames", "light_bodies"),
 )
 CASES = {name: import_module(f"copepod_validation.{name}") for name in _CASES}

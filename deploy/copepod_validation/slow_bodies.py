@@ -1,4 +1,4 @@
-"""Drag of capsules, spheroids and pairs of spheres in slow flow, in a periodic cube."""
+"""Drag of pairs of spheres in slow flow, in a periodic cube."""
 
 import math
 from dataclasses import dataclass
@@ -11,90 +11,38 @@ from copepod_validation.experiment import CaseDict, Results, Section, lattice_ca
 from copepod_validation.experiment import table_by_point, uniform_flow, viscosity, worst
 
 RADIUS = 4.0
-# Series and singularities of the papers, summed anew: drag of each sphere by the gap over the radius, and of a capsule.
+# Series of the papers, summed anew: drag of each sphere by the gap over the radius.
 FOLLOWING = {0.5: 0.67292, 1.0: 0.69830, 2.0: 0.74226}
 APPROACHING = {0.02: 28.11402, 0.125: 6.31928, 0.5: 2.77242, 1.0: 2.03865, 2.0: 1.59668}
-CAPSULE = {"capsule, along": 1.3152990479696505, "capsule, across": 1.4848097221802163}
-ASPECTS = {"prolate 2": 2.0, "prolate 3": 3.0, "oblate 2": 0.5, "oblate 3": 1 / 3}  # of spheroids: along over across
 _SPEED, _APPROACH = 2e-4, 2e-9
-
-
-@dataclass(frozen=True)
-class Alone:
-    """A body alone: `keys` of its shape, its drag over 6πμ RADIUS, volume, and mean of its squared semi-axes."""
-
-    keys: CaseDict
-    drag: float
-    volume: float
-    size: float
-
-
-def spheroid_drag(aspect: float) -> tuple[float, float]:
-    """Drag along and across the axis over 6πμR of a sphere of its volume [Oberbeck, J. reine angew. Math. 81, 1876]."""
-    e = math.sqrt(1 - min(aspect, 1 / aspect) ** 2)
-    if aspect > 1:
-        log = math.log((1 + e) / (1 - e))
-        along, across = 8 / 3 / (-2 * e + (1 + e * e) * log), 16 / 3 / (2 * e + (3 * e * e - 1) * log)
-        longest = aspect ** (2 / 3)
-    else:
-        root, angle = math.sqrt(1 - e * e), math.asin(e)
-        along, across = 4 / 3 / (e * root + (2 * e * e - 1) * angle), 8 / 3 / (-e * root + (2 * e * e + 1) * angle)
-        longest = aspect ** (-1 / 3)
-    return longest * e**3 * along, longest * e**3 * across
-
-
-def _spheroid(aspect: float, way: int) -> Alone:
-    """RADIUS is its shorter semi-axis."""
-    across = RADIUS / min(aspect, 1)
-    axes = np.array([across, across, aspect * across])
-    equivalent = float(np.cbrt(axes.prod()) / RADIUS)
-    keys: CaseDict = {"shape": "ellipsoid", "semi_axes_m": axes.tolist()}
-    return Alone(
-        keys, equivalent * spheroid_drag(aspect)[way], float(4 / 3 * np.pi * axes.prod()), float(np.mean(axes**2))
-    )
-
-
-def alone(kind: str) -> Alone | None:
-    """None: a pair of spheres."""
-    if kind in CAPSULE:
-        keys: CaseDict = {"shape": "capsule", "radius_m": RADIUS, "length_m": 2 * RADIUS}
-        return Alone(keys, CAPSULE[kind], float((4 / 3 + 2) * np.pi * RADIUS**3), RADIUS**2)
-    spheroid, _, way = kind.partition(", ")
-    return _spheroid(ASPECTS[spheroid], way == "across") if way else None
 
 
 @dataclass(frozen=True)
 class Point:
     kind: str
-    gap: float = 0.0  # between spheres, over the radius; of a body alone none
+    gap: float  # over the radius
 
     @property
     def edge(self) -> int:
         """Of the cube; between approaching spheres the images act less simply than is accounted for."""
-        return 64 if self.kind == "following" or self.kind in CAPSULE else 96
+        return 96 if self.kind == "approaching" else 64
 
     @property
     def steps(self) -> int:
         return 2500 if self.kind == "approaching" else 6000
 
     @property
-    def alone(self) -> Alone | None:
-        return alone(self.kind)
-
-    @property
     def reference(self) -> float:
-        return self.alone.drag if self.alone else (FOLLOWING if self.kind == "following" else APPROACHING)[self.gap]
+        return (FOLLOWING if self.kind == "following" else APPROACHING)[self.gap]
 
     @property
     def body_force(self) -> float:
         """Lets the fluid flow at _SPEED past bodies at rest, by theory."""
         mobility = 1 / (RADIUS * self.reference) + _mobility_by_images(self)
-        return (1 if self.alone else 2) * 6 * np.pi * viscosity(1.0) * _SPEED / mobility / self.edge**3
+        return 12 * np.pi * viscosity(1.0) * _SPEED / mobility / self.edge**3
 
 
 POINTS = [Point("following", gap) for gap in FOLLOWING] + [Point("approaching", gap) for gap in APPROACHING]
-POINTS += map(Point, CAPSULE)
-POINTS += [Point(f"{spheroid}, {way}") for spheroid in ASPECTS for way in ("along", "across")]
 LABEL = "{0.kind}_gap{0.gap:g}"
 FAST = POINTS[:1]
 
@@ -123,10 +71,7 @@ def _mobility_by_images(point: Point) -> float:
 
     Nothing where a narrow gap keeps the bodies from following what the images' flow would do to their distance.
     """
-    own, size = images(0, point.edge), 4 / 3 * np.pi / point.edge**3
-    if point.alone:
-        return own + size * point.alone.size
-    size *= RADIUS**2
+    own, size = images(0, point.edge), 4 / 3 * np.pi * RADIUS**2 / point.edge**3
     if point.kind == "approaching" and point.gap < 0.5:
         return 0.0
     other = images((2 + point.gap) * RADIUS, point.edge)
@@ -139,20 +84,14 @@ def case_of(point: Point) -> CaseDict:
     if point.kind != "approaching":
         flow["body_force_N_per_m3"] = [0, 0, point.body_force]
         flow["initial_flow"] = uniform_flow(_SPEED)
-    if point.alone:
-        turn = np.pi / 4 if point.kind.endswith("across") else 0.0
-        body = {"name": "body", "mass_kg": point.alone.volume, "position_m": [middle, middle, middle + 0.3]}
-        body |= {"motion": "fixed", "orientation_wxyz": [float(np.cos(turn)), 0, float(np.sin(turn)), 0]}
-        bodies = [body | point.alone.keys]
-    else:
-        bodies = []
-        for name, side in (("sphere", -1), ("other", 1)):
-            place = (middle, middle, middle + 0.3 + side * (1 + 0.5 * point.gap) * RADIUS)
-            if point.kind == "approaching":
-                bodies.append(sphere(RADIUS, place, "prescribed", velocity_m_per_s=[0, 0, -side * _APPROACH]))
-            else:
-                bodies.append(sphere(RADIUS, place, "fixed"))
-            bodies[-1]["name"] = name
+    bodies = []
+    for name, side in (("sphere", -1), ("other", 1)):
+        place = (middle, middle, middle + 0.3 + side * (1 + 0.5 * point.gap) * RADIUS)
+        if point.kind == "approaching":
+            bodies.append(sphere(RADIUS, place, "prescribed", velocity_m_per_s=[0, 0, -side * _APPROACH]))
+        else:
+            bodies.append(sphere(RADIUS, place, "fixed"))
+        bodies[-1]["name"] = name
     boundaries = {"x": "free_slip", "y": "free_slip", "z": "periodic"}  # x and y are planes of symmetry
     case = lattice_case([point.edge] * 3, 1.0, boundaries, bodies, point.steps, **flow)
     return case | {"lubrication": {"cut_off_cells": "auto"}}
@@ -166,8 +105,7 @@ def evaluate(folder: Path, point: Point) -> float:
     velocity = _APPROACH
     if point.kind != "approaching":
         # The velocity of the flow is what momentum it has left; a gradient of pressure would act on the bodies, too.
-        displaced = point.alone.volume if point.alone else 8 / 3 * np.pi * RADIUS**3
-        share = 1 - displaced / point.edge**3
+        share = 1 - 8 / 3 * np.pi * RADIUS**3 / point.edge**3
         driving = point.body_force * share
         velocity = share * _SPEED + float(np.sum(driving - force.sum(axis=0) / point.edge**3))
         last /= share
@@ -177,8 +115,7 @@ def evaluate(folder: Path, point: Point) -> float:
 
 def section(results: Results[float]) -> Section:
     def row(point: Point) -> str:
-        gap = "–" if point.alone else f"{point.gap * RADIUS:g}"
-        return f"{point.kind} | {gap} | {point.reference:.3f}"
+        return f"{point.kind} | {point.gap * RADIUS:g} | {point.reference:.3f}"
 
     markdown = table_by_point(results, "bodies | gap [cells] | drag over Stokes'", row, "{:+.2f}".format)
     markdown += "\n\nError of the drag [%]."

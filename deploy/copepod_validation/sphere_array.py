@@ -1,6 +1,8 @@
-"""Drag of a simple cubic array of spheres: a fixed sphere in a periodic cube, driven by a body force.
+"""Drag of a simple cubic array of spheres and of a square one of cylinders: one of them in a periodic cell of edge L,
+driven by a body force f; U is the superficial velocity.
 
-    K(φ) = f L³/(6π μ R U),   U the superficial velocity                         [Zick & Homsy 1982, table 2]
+    K(φ) = f L³/(6π μ R U)                                                       [Zick & Homsy 1982, table 2]
+    F(φ) = f L²/(μ U)                                                            [Sangani & Acrivos 1982, table 1]
 """
 
 from collections.abc import Sequence
@@ -14,12 +16,16 @@ from copepod_report.style import LIGHT, describe, new_figure, png_of
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, uniform_flow, viscosity
 
-DRAG = {0.027: 2.008, 0.125: 4.292, 0.343: 15.4, 0.45: 28.1}
+DRAG = {
+    "sphere": {0.027: 2.008, 0.125: 4.292, 0.343: 15.4, 0.45: 28.1},  # K
+    "cylinder": {0.1: 24.83, 0.3: 102.9, 0.5: 532.6},  # F
+}
 
 _CENTRES = np.random.default_rng(1).random((5, 3))
 _OUTPUTS = 5
 _TICKS = (-30, -10, -5, -2, 0, 2, 5, 10, 20)  # of the figure [%]
 _RELAXATIONS = 5
+_DEPTH = 4  # of the cell, along a cylinder [cells]
 
 
 @dataclass(frozen=True)
@@ -28,15 +34,27 @@ class Point:
     cells: int  # along an edge of the cube
     tau: float
     centre: int = 0
+    shape: str = "sphere"
 
     @property
     def radius(self) -> float:
+        if self.shape == "cylinder":
+            return float(self.cells * np.sqrt(self.solid_fraction / np.pi))
         return float(self.cells * np.cbrt(0.75 * self.solid_fraction / np.pi))
 
     @property
-    def stokes(self) -> float:
-        """Drag of a sphere alone over its velocity."""
-        return 6 * np.pi * viscosity(self.tau) * self.radius
+    def domain(self) -> list[int]:
+        return [_DEPTH if self.shape == "cylinder" else self.cells, self.cells, self.cells]
+
+    @property
+    def volume(self) -> int:
+        return int(np.prod(self.domain))
+
+    @property
+    def resistance(self) -> float:
+        """Force over the velocity, by theory."""
+        drag = DRAG[self.shape][self.solid_fraction]
+        return viscosity(self.tau) * drag * (_DEPTH if self.shape == "cylinder" else 6 * np.pi * self.radius)
 
     @property
     def velocity(self) -> float:
@@ -45,44 +63,50 @@ class Point:
 
     @property
     def body_force(self) -> float:
-        return self.stokes * DRAG[self.solid_fraction] * self.velocity / self.cells**3
+        return self.resistance * self.velocity / self.volume
 
 
-def _with_all_centres(*grid: tuple[float, int, float]) -> list[Point]:
-    return [Point(*values, centre) for values in grid for centre in range(len(_CENTRES))]
+def _with_all_centres(*grid: tuple[float, int, float], shape: str = "sphere") -> list[Point]:
+    return [Point(*values, centre, shape) for values in grid for centre in range(len(_CENTRES))]
 
 
-LABEL = "phi{0.solid_fraction:g}_L{0.cells}_tau{0.tau:g}_centre{0.centre}"
+LABEL = "{0.shape}_phi{0.solid_fraction:g}_L{0.cells}_tau{0.tau:g}_centre{0.centre}"
 FAST = _with_all_centres((0.125, 13, 0.6), (0.125, 13, 2.0))
 POINTS = FAST + _with_all_centres(  # low relaxation times and dense arrays at fine resolution take hours
     *((0.125, 13, 0.51), (0.125, 20, 0.6), (0.125, 20, 2.0), (0.125, 32, 0.6), (0.125, 32, 2.0)),
     *((0.027, 22, 0.6), (0.027, 22, 2.0), (0.343, 32, 0.6), (0.45, 32, 0.6)),
 )
+POINTS += _with_all_centres((0.1, 24, 0.6), (0.1, 24, 2.0), (0.3, 32, 0.6), (0.5, 48, 0.6), shape="cylinder")
 
 
 def case_of(point: Point) -> CaseDict:
     """Starts with the expected mean velocity; what is left of the start decays with V/(6π ν R K) at the slowest."""
     edge = point.cells
-    resistance = point.stokes * DRAG[point.solid_fraction]
-    slowest = max(edge**3 / resistance, edge**2 / (4 * np.pi**2 * viscosity(point.tau)))
+    slowest = max(point.volume / point.resistance, edge**2 / (4 * np.pi**2 * viscosity(point.tau)))
     between = max(8, int(np.ceil(_RELAXATIONS * slowest / _OUTPUTS)))
-    body = sphere(point.radius, 0.5 * edge + _CENTRES[point.centre], "fixed")
+    place = (0.5 * edge + _CENTRES[point.centre]).tolist()
     flow: CaseDict = {"body_force_N_per_m3": [0, 0, point.body_force], "initial_flow": uniform_flow(point.velocity)}
-    case = lattice_case([edge] * 3, point.tau, "periodic", [body], _OUTPUTS * between, **flow)
-    return case | {"output": {"fields": {"every_steps": between}}}
+    bodies, obstacles = [], []
+    if point.shape == "cylinder":
+        quarter = [np.sqrt(0.5), 0, np.sqrt(0.5), 0]
+        keys = {"radius_m": point.radius, "length_m": 2 * _DEPTH, "position_m": place, "orientation_wxyz": quarter}
+        obstacles = [{"name": "cylinder", "shape": "cylinder", **keys}]
+    else:
+        bodies = [sphere(point.radius, place, "fixed")]
+    case = lattice_case(point.domain, point.tau, "periodic", bodies, _OUTPUTS * between, **flow)
+    return case | {"obstacles": obstacles, "output": {"fields": {"every_steps": between}}}
 
 
 def evaluate(folder: Path, point: Point) -> tuple[float, float]:
-    """Error of K, and what the last fifth of the run changed in it [%]."""
+    """Error of K or F, and what the last fifth of the run changed in it [%]."""
     velocities = []
     with h5py.File(folder / "fields.h5", "r") as file:
         for name in sorted(name for name in file if name.startswith("step_"))[-4:]:
             is_fluid = file[name]["body"][:] == 0
             momentum = file[name]["density_kg_per_m3"][:] * file[name]["velocity_m_per_s"][..., 2]
-            velocities.append(momentum[is_fluid].sum() / point.cells**3)
-    force = point.body_force * point.cells**3
-    now, before = (force / (point.stokes * _limit(velocities[place:][:3])) for place in (1, 0))
-    return 100 * (now / DRAG[point.solid_fraction] - 1), 100 * abs(now / before - 1)
+            velocities.append(momentum[is_fluid].sum() / point.volume)
+    now, before = (point.velocity / _limit(velocities[place:][:3]) for place in (1, 0))
+    return 100 * (now - 1), 100 * abs(now / before - 1)
 
 
 def _limit(values: Sequence[float]) -> float:
@@ -101,13 +125,13 @@ def section(results: Results[tuple[float, float]]) -> Section:
     arrays = [(*key, found) for key, found in errors.items()]
 
     def row(point: Point) -> str:
-        return f"{point.solid_fraction:g} | {2 * point.radius:.1f} | {point.tau:g}"
+        return f"{point.shape} | {point.solid_fraction:g} | {2 * point.radius:.1f} | {point.tau:g}"
 
     def cell(found: list[float]) -> str:
         return f"{np.mean(found):+.2f} ± {_spread(found):.2f}"
 
-    markdown = table_by_point(arrays, "φ | D [cells] | τ", row, cell) + (
-        "\n\nError of K [%]: mean ± largest deviation of a centre. The last fifth of the runs changed K by at most "
+    markdown = table_by_point(arrays, "array | φ | D [cells] | τ", row, cell) + (
+        "\n\nError of K or F [%]: mean ± largest deviation of a centre. The last fifth of a run changed it by at most "
         f"{max(change for _, _, (_, change) in results):.1g} %.\n\n"
         "![Error of the drag against cells per diameter](accuracy_array.png)"
     )

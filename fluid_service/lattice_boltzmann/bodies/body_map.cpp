@@ -17,7 +17,11 @@ BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vect
       bodies_(std::move(bodies)),
       obstacles_(std::move(obstacles)),
       mapped_(bodies_.size()),
-      owner_(static_cast<std::size_t>(layout.cells()), fluid) {}
+      owner_(static_cast<std::size_t>(layout.cells()), fluid) {
+  for (LatticeBody& obstacle : std::span(bodies_).last(obstacles_.size()))
+    for (int axis = 0; axis < 3; ++axis)
+      if (domain_.periodic(axis)) obstacle.period[axis] = static_cast<double>(domain_.cells()[axis]);
+}
 
 /// From the crossings of rows in any order.
 void BodyMap::Footprint::set_rows(const std::vector<RowCrossing>& crossings) {

@@ -71,7 +71,26 @@ void LatticeBody::place(const Eigen::Vector3d& at, const Eigen::Quaterniond& ori
   position = at;
   axis = q * Eigen::Vector3d::UnitZ();
   const bool stays = !shape_ || (placed && placed->is_at(at, q));
-  if (!stays && at.allFinite() && axis.allFinite()) placed = fluid::place(*shape_, at, q, cell_m_);
+  if (stays || !at.allFinite() || !axis.allFinite()) return;
+  placed = fluid::place(*shape_, at, q, cell_m_);
+  images_ = {Eigen::Vector3d::Zero()};
+  for (int i = 0; i < 3; ++i) {
+    if (period[i] == 0.0) continue;
+    // A link begins within half a period of the position, or a cell further, and is up to a cell long.
+    const double first = std::ceil(-0.5 - (placed->bounds().max()[i] + 2.0) / period[i]);
+    const double last = std::floor(0.5 - (placed->bounds().min()[i] - 2.0) / period[i]);
+    const std::vector<Eigen::Vector3d> across = std::move(images_);
+    images_.clear();
+    for (double image = first; image <= last; ++image)
+      for (const Eigen::Vector3d& other : across)
+        images_.emplace_back(other + image * period[i] * Eigen::Vector3d::Unit(i));
+  }
+}
+
+double LatticeBody::entry_into_images(const Eigen::Vector3d& r, int direction) const {
+  double q = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& image : images_) q = std::min(q, placed->entry(r - image, direction));
+  return q;
 }
 
 /// Centres k + 1/2.

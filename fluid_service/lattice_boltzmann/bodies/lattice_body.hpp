@@ -27,6 +27,9 @@ struct LatticeBody {
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the capsule; of other shapes the z axis
   std::shared_ptr<const PlacedShape> placed;        ///< of all but spheres and capsules
+  /// Of an obstacle: distance of its images along each axis, 0 if none. It may be longer, so that links enter images
+  /// that are not the nearest to its position.
+  Eigen::Array3d period = Eigen::Array3d::Zero();
 
   LatticeBody() = default;
   LatticeBody(const Shape& shape, double cell_m)
@@ -60,6 +63,9 @@ struct LatticeBody {
     return {-half, half};
   }
 
+  /// Where a link first enters `placed` or an image of it.
+  [[nodiscard]] double entry_into_images(const Eigen::Vector3d& r, int direction) const;
+
   /// u_w = U + Ω × r
   [[nodiscard]] Eigen::Vector3d surface_velocity(const Eigen::Vector3d& r) const {
     return velocity + angular_velocity.cross(r);
@@ -67,7 +73,8 @@ struct LatticeBody {
 
  private:
   double cell_m_ = 1.0;
-  std::shared_ptr<const Shape> shape_;  ///< likewise
+  std::shared_ptr<const Shape> shape_;   ///< likewise
+  std::vector<Eigen::Vector3d> images_;  ///< those that links may enter, from the position
 };
 
 /// Half-open range of cells [low, high) along z, in cells counted without wrapping; empty if low ≥ high.
@@ -125,7 +132,7 @@ double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, 
 inline double entry(const LatticeBody& body, const Eigen::Vector3d& r, int direction) {
   const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
   if (body.kind == ShapeKind::sphere) return entry_into_sphere(r, {e[0], e[1], e[2]}, body.radius);
-  return body.placed ? body.placed->entry(r, direction) : entry_into_capsule(body, r, {e[0], e[1], e[2]});
+  return body.placed ? body.entry_into_images(r, direction) : entry_into_capsule(body, r, {e[0], e[1], e[2]});
 }
 
 /// Where the link x_f → x_f + e_α crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:

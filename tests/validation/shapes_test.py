@@ -1,0 +1,194 @@
+"""Bodies and obstacles of other shapes than spheres: as meshes of spheres, as compounds, light, chiral, tumbling.
+
+    shapes_test.py --all     all light bodies, and longer runs; half an hour
+"""
+
+import itertools
+import json
+import sys
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+sys.path[:0] = [str(ROOT / "tests" / "integration"), str(ROOT / "python")]
+
+from copepod_session import WholeRunTest  # noqa: E402
+from copepod import Run  # noqa: E402
+
+HELIX = ROOT / "configs/examples/meshes/helix.obj"
+SHAPES = {
+    "prolate": {"shape": "ellipsoid", "semi_axes_m": [4, 4, 8]},
+    "oblate": {"shape": "ellipsoid", "semi_axes_m": [6, 6, 2.5]},
+    "plate": {"shape": "box", "edges_m": [10, 10, 3]},
+    "rod": {"shape": "cylinder", "radius_m": 2, "length_m": 14},
+    "cube": {"shape": "box", "edges_m": [7, 7, 7]},
+    "dumbbell": {"shape": "compound", "parts": [{"radius_m": 3, "position_m": [0, 0, z]} for z in (-4, 4)]},
+    "helix": {"shape": "mesh", "file": str(HELIX), "unit_m": 2.2},
+}
+TURNED = [0.8, 0.36, 0.48, 0]  # unit quaternion
+LIGHT = list(itertools.product(SHAPES, (0.1, 0.01), (0.6, 0.8, 1.5)))  # density of the fluid: 1; relaxation time
+ARGUMENTS = []
+
+
+def sphere_mesh(divisions):
+    """Vertices and triangles of an icosahedron whose triangles are cut into four, projected on the unit sphere."""
+    golden = (1 + 5**0.5) / 2
+    corners = [(0, s, t * golden) for s in (-1, 1) for t in (-1, 1)]
+    vertices = [np.roll(corner, turn) for turn in range(3) for corner in np.array(corners)]
+    near = [[0 < np.linalg.norm(a - b) < 2.1 for b in vertices] for a in vertices]
+    triangles = [
+        t for t in itertools.combinations(range(12), 3) if all(near[a][b] for a, b in itertools.pairwise(t + t[:1]))
+    ]
+    triangles = [t if np.linalg.det([vertices[i] for i in t]) > 0 else t[::-1] for t in triangles]
+    vertices = [vertex / np.linalg.norm(vertex) for vertex in vertices]
+    for _ in range(divisions):
+        middles, cut = {}, []
+        for a, b, c in triangles:
+            ab, bc, ca = (_middle(vertices, middles, *edge) for edge in ((a, b), (b, c), (c, a)))
+            cut += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        triangles = cut
+    return np.array(vertices), np.array(triangles)
+
+
+def _middle(vertices, known, a, b):
+    key = min(a, b), max(a, b)
+    if key not in known:
+        known[key] = len(vertices)
+        vertices.append((vertices[a] + vertices[b]) / np.linalg.norm(vertices[a] + vertices[b]))
+    return known[key]
+
+
+def obj(vertices, triangles):
+    lines = ["v {!r} {!r} {!r}".format(*map(float, vertex)) for vertex in vertices]
+    return "\n".join([*lines, *("f {} {} {}".format(*corners) for corners in np.array(triangles) + 1)]) + "\n"
+
+
+def mirrored(text):
+    """The OBJ of a mesh at z → −z."""
+    words = [line.split() for line in text.splitlines()]
+    turn = {"v": lambda x, y, z: f"v {x} {y} {-float(z)!r}", "f": lambda a, b, c: f"f {a} {c} {b}"}
+    return "\n".join(turn[kind](*rest) for kind, *rest in words) + "\n"
+
+
+class Shapes(WholeRunTest):
+    def run_in(self, domain, tau, steps, boundaries="periodic", every=1, fluid=None, **keys):
+        """A case in lattice units with the default schemes."""
+        number = len(list(self.folder.glob("*.json")))
+        fluid = {"kinematic_viscosity_m2_per_s": (tau - 0.5) / 3, "relaxation_time": tau} | (fluid or {})
+        fluid |= {"solver": "lattice_boltzmann", "density_kg_per_m3": 1, "cell_size_m": 1, "domain_cells": domain}
+        case = {"case": "shapes", "fluid": fluid | {"boundaries": dict.fromkeys("xyz", boundaries)}, **keys}
+        case |= {"run": {"steps": steps}, "services": {"transport": "in_process"}}
+        case.setdefault("output", {"trajectory": {"every_steps": every}})
+        file = self.folder / f"case{number}.json"
+        file.write_text(json.dumps(case))
+        return Run(self.run_of(file))
+
+    def test_light_bodies_come_to_rest_and_are_never_faster_than_at_the_start(self):
+        motion = {"velocity_m_per_s": [0.02, 0.01, -0.01], "angular_velocity_rad_per_s": [0.003, -0.002, 0.001]}
+        for shape, density, tau in LIGHT if "--all" in ARGUMENTS else LIGHT[::5]:
+            body = {"name": "body", **SHAPES[shape], "density_kg_per_m3": density, "position_m": [16.2, 15.7, 16.4]}
+            body |= {"orientation_wxyz": TURNED, **motion}
+            found = self.run_in([32, 32, 32], tau, 600, every=10, bodies=[body]).trajectory.loc["body"]
+            for quantity in ("v{}_m_per_s", "w{}_rad_per_s"):
+                speeds = np.linalg.norm(found[[quantity.format(axis) for axis in "xyz"]], axis=-1)
+                with self.subTest(quantity, shape=shape, density=density, tau=tau):
+                    self.assertLessEqual(speeds.max(), speeds[0])
+                    self.assertLess(speeds[-1], 0.1 * speeds[0])
+
+    def test_a_sphere_of_triangles_has_the_drag_of_the_sphere_to_the_second_order_of_their_edges(self):
+        def drag(**shape):
+            body = {"name": "body", **shape, "position_m": [12.3, 11.9, 12.1], "mass_kg": 1, "motion": "prescribed"}
+            body |= {"velocity_m_per_s": [0, 0, 1e-6]}
+            run = self.run_in([24, 24, 24], 1.0, 400, "no_slip", bodies=[body], coupling={"load_averaging": "none"})
+            return run.trajectory.loc["body"]["fz_N"].iloc[-1]
+
+        exact = drag(radius_m=5.2)
+        text = [obj(*sphere_mesh(divisions)) for divisions in (2, 3, 4)]  # 320, 1280, 5120 triangles
+        errors = [100 * (drag(shape="mesh", text=mesh, unit_m=5.2) / exact - 1) for mesh in text]
+        print("drag of meshes [%]:", errors)
+        self.assertLess(abs(errors[2]), 0.2)
+        for coarse, fine in itertools.pairwise(errors):
+            self.assertAlmostEqual(coarse / fine, 4, delta=1)
+
+    def test_a_compound_of_one_sphere_is_that_sphere(self):
+        place = {"name": "body", "position_m": [8.3, 7.9, 8.1], "mass_kg": 400, "velocity_m_per_s": [0.01, 0, 0.003]}
+        digests = {
+            self.run_in([16, 16, 16], 0.8, 200, bodies=[place | shape]).summary["digest"]
+            for shape in ({"radius_m": 3.3}, {"shape": "compound", "parts": [{"radius_m": 3.3}]})
+        }
+        self.assertEqual(len(digests), 1)
+
+    def test_a_packing_lets_as_much_fluid_through_as_one_mesh_as_it_does_as_spheres(self):
+        random, centres = np.random.default_rng(2), []
+        while len(centres) < 12:
+            centre = 32 * random.random(3)
+            apart = [np.linalg.norm((centre - other + 16) % 32 - 16) for other in centres]
+            if min(apart, default=32) > 11.5:
+                centres.append(centre)
+        vertices, triangles = sphere_mesh(4)
+        vertices *= np.cbrt(4 / 3 * np.pi / (np.linalg.det(vertices[triangles]).sum() / 6))  # the sphere's volume
+        packing = obj(
+            np.concatenate([5 * vertices + centre for centre in centres]),
+            np.concatenate([triangles + i * len(vertices) for i in range(len(centres))]),
+        )
+        spheres = [
+            {"name": f"s{i}", "radius_m": 5, "position_m": centre.tolist(), "mass_kg": 1, "motion": "fixed"}
+            for i, centre in enumerate(centres)
+        ]
+        mesh = {"name": "packing", "shape": "mesh", "text": packing, "position_m": [0, 0, 0], "unit_m": 1}
+
+        def velocity(**keys):
+            keys |= {"output": {"fields": {"every_steps": 600}}, "lubrication": {"cut_off_cells": 0}}
+            flow = {"body_force_N_per_m3": [0, 0, 1e-7]}
+            run = self.run_in([32, 32, 32], 1.0, 600, fluid=flow, **keys)
+            fields = run.fields.isel(time=-1)
+            momentum = fields["density_kg_per_m3"] * fields["velocity_m_per_s"][..., 2]
+            return float(momentum.where(fields["body"] == 0).sum())
+
+        error = 100 * (velocity(obstacles=[mesh]) / velocity(bodies=spheres) - 1)
+        print("flow through the mesh of a packing [%]:", error)
+        self.assertLess(abs(error), 0.3)
+
+    def test_an_obstacle_is_the_same_wherever_the_origin_of_its_frame_is(self):
+        """And although it reaches through faces, further than half of the domain from there."""
+        vertices, triangles = sphere_mesh(1)
+        fields, flow = {"fields": {"every_steps": 200}}, {"body_force_N_per_m3": [1e-6, 0, 2e-6]}
+        digests = set()
+        for shift in ([0, 0, 0], [13, 0, -9], [0, 16, 64]):
+            text = obj(6.3 * vertices + shift, triangles)
+            place = (np.array([4.1, 8.3, 2.7]) - shift).tolist()
+            obstacle = {"name": "rock", "shape": "mesh", "text": text, "position_m": place, "unit_m": 1}
+            run = self.run_in([16, 18, 20], 0.8, 200, fluid=flow, obstacles=[obstacle], output=fields)
+            digests.add(run.summary["digest"])
+        self.assertEqual(len(digests), 1)
+
+    def test_a_helix_swims_by_its_handedness(self):
+        """Mirrored along its axis, it swims as fast the other way."""
+        helix = HELIX.read_text()
+        torque = {"kind": "body_torque", "body": "screw", "direction": [0, 0, 1]}
+        torque["signal"] = {"kind": "constant", "amplitude_N_m": 0.05}
+        velocities = []
+        for text in (helix, mirrored(helix)):
+            body = {"name": "screw", "shape": "mesh", "text": text, "unit_m": 2, "density_kg_per_m3": 1}
+            body["position_m"] = [16, 16, 24]
+            run = self.run_in([32, 32, 48], 0.8, 500, every=10, bodies=[body], actuators=[torque])
+            velocities.append(run.trajectory.loc["screw"]["vz_m_per_s"].to_numpy())
+        print("last velocities of the helix:", velocities[0][-1], velocities[1][-1])
+        self.assertGreater(velocities[0][-1], 1e-6)
+        np.testing.assert_allclose(velocities[1], -velocities[0], atol=1e-9 * velocities[0][-1])
+
+    def test_fluid_and_a_tumbling_box_keep_their_momentum_as_fluid_and_a_sphere_do(self):
+        motion = {"velocity_m_per_s": [0.01, 0.004, -0.007], "angular_velocity_rad_per_s": [0.003, -0.004, 0.002]}
+        drifts = {}
+        for name, shape in {"box": {"shape": "box", "edges_m": [8, 10, 6]}, "sphere": {"radius_m": 4.857}}.items():
+            body = {"name": name, **shape, "density_kg_per_m3": 2, "position_m": [12.2, 11.7, 12.4], **motion}
+            run = self.run_in([24, 24, 24], 0.8, 100_000 if "--all" in ARGUMENTS else 1000, every=100, bodies=[body])
+            drifts[name] = run.summary["momentum_drift"]
+        print("momentum that comes from nowhere:", drifts)
+
+
+if __name__ == "__main__":
+    ARGUMENTS, sys.argv[1:] = sys.argv[1:], [word for word in sys.argv[1:] if word != "--all"]
+    unittest.main()
