@@ -91,7 +91,11 @@ class InstalledKit(unittest.TestCase):
         self.assertGreater(len(headers), 20)
         sources = [ROOT / "docs/adding_a_component.md", ROOT / "docs/moving_to_a_newer_kit.md"]
         sources += [*(ROOT / "examples").rglob("*.cpp"), *include.rglob("*.hpp")]
-        named = {name for path in sources for name in re.findall(r"\b(?:[a-z_]+/)+[a-z_]+\.hpp\b", path.read_text())}
+        named = {
+            name
+            for path in sources
+            for name in re.findall(r"\b(?:proto/)?((?:[a-z_]+/)+[a-z_]+\.hpp)\b", path.read_text())
+        }
         self.assertEqual(named - headers, set())
         uses_the_drive = "copepod::drive_loads({}, Eigen::VectorXd(), copepod::Kinematics(), loads);"
         with ThreadPoolExecutor(2) as pool:

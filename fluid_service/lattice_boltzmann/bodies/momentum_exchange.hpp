@@ -109,27 +109,35 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
 
   void exchange(std::size_t body, std::size_t place, std::span<const CellGroup*> groups, BoundaryValues<T>& values,
                 double returned, std::span<LoadSums> loads, MomentumSums& kept_back) const {
-    const bool by_lanes = is_simple(body);
-    SphereInBlock sphere;
+    const bool by_lanes = is_simple(map_.bodies()[body]);
+    BodyInBlock in_block;
     CellsByFilms cells;
     if (by_lanes) {
-      sphere = in_block(map_.bodies()[body], groups, returned);
+      in_block = place_in_block(map_.bodies()[body], groups, returned);
       if (films_.beside(body)) cells = take_apart(body, groups);
     }
-    for (std::size_t g = 0; g < groups.size();) {
-      const std::size_t end = std::min(groups.size(), g + LaneSums::most_groups);
-      if (by_lanes) {
-        LaneSums lanes;
-        g += exchange_groups_(formula_, sphere, groups.data() + g, end - g, values, lanes);
-        const auto sum = [](const Lanes<std::int64_t>& of_lanes) {
-          return std::accumulate(of_lanes.begin(), of_lanes.end(), fixed_point::Sum{0});
-        };
-        for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
-        for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+    const bool has_distances = by_lanes && Formula::uses_wall_distance && map_.bodies()[body].kind != ShapeKind::sphere;
+    std::vector<double> distances;
+    const std::size_t most = has_distances ? 64 : LaneSums::most_groups;
+    for (std::size_t start = 0; start < groups.size(); start += most) {
+      const std::size_t end = std::min(groups.size(), start + most);
+      if (has_distances) set_wall_distances(map_.bodies()[body], groups.subspan(start, end - start), distances);
+      for (std::size_t g = start; g < end;) {
+        if (by_lanes) {
+          LaneSums lanes;
+          if (has_distances)
+            in_block.wall_distances = distances.data() + (g - start) * BodyInBlock::distances_per_group;
+          g += exchange_groups_(formula_, in_block, groups.data() + g, end - g, values, lanes);
+          const auto sum = [](const Lanes<std::int64_t>& of_lanes) {
+            return std::accumulate(of_lanes.begin(), of_lanes.end(), fixed_point::Sum{0});
+          };
+          for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
+          for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+        }
+        if (g == end) break;
+        if (!by_lanes) prefetch_ahead<per_link, per_cell>(groups.data() + g, values);
+        single_links_(body, place, *groups[g++], values, returned, loads, kept_back);
       }
-      if (g == end) continue;
-      if (!by_lanes) prefetch_ahead<per_link, per_cell>(groups.data() + g, values);
-      single_links_(body, place, *groups[g++], values, returned, loads, kept_back);
     }
     for (const CellGroup& group : cells.beside) single_links_(body, place, group, values, returned, loads, kept_back);
   }
@@ -162,14 +170,32 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return cells;
   }
 
-  /// Whether the links of a body are what exchange_groups is for: into a sphere, itself or one image of it. Its films
-  /// are computed one by one.
-  [[nodiscard]] bool is_simple(std::size_t index) const {
-    const LatticeBody& body = map_.bodies()[index];
-    if (body.kind != ShapeKind::sphere) return false;
+  /// Where the links of groups cross the surface; 1 in lanes and links that are free.
+  void set_wall_distances(const LatticeBody& body, std::span<const CellGroup* const> groups,
+                          std::vector<double>& distances) const {
+    distances.assign(groups.size() * BodyInBlock::distances_per_group, 1.0);
+    const Cell& low = layout_.block().low;
+    double* of_group = distances.data();
+    for (const CellGroup* const group : groups) {
+      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+        const auto& at = group->cell;
+        const Eigen::Vector3d r = map_.domain().from_position(
+            body.position, {low[0] + at[0][lane], low[1] + at[1][lane], low[2] + at[2][lane]});
+        std::size_t place = lane;
+        for (std::uint32_t bits = group->directions[lane]; bits != 0; bits &= bits - 1, place += surface_lanes)
+          of_group[place] = wall_distance(body, r, std::countr_zero(bits));
+      }
+      of_group += BodyInBlock::distances_per_group;
+    }
+  }
+
+  /// Whether the links of a body are what exchange_groups is for: into one image of it. Its films are computed one by
+  /// one.
+  [[nodiscard]] bool is_simple(const LatticeBody& body) const {
     const Domain& domain = map_.domain();
-    const double reach = body.radius + 2.0;
+    const Eigen::AlignedBox3d bounds = body.bounds();
     for (int axis = 0; axis < 3; ++axis) {
+      const double reach = std::max(bounds.max()[axis], -bounds.min()[axis]) + 2.0;
       const auto cells = static_cast<double>(domain.cells()[axis]);
       const double x = body.position[axis];
       if (domain.periodic(axis)) {
@@ -183,27 +209,28 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return true;
   }
 
-  [[nodiscard]] SphereInBlock in_block(const LatticeBody& body, std::span<const CellGroup* const> groups,
-                                       double returned) const {
-    SphereInBlock sphere;
-    sphere.radius = body.radius;
-    sphere.returned = returned;
+  [[nodiscard]] BodyInBlock place_in_block(const LatticeBody& body, std::span<const CellGroup* const> groups,
+                                           double returned) const {
+    BodyInBlock result;
+    const Eigen::AlignedBox3d bounds = body.bounds();
+    result.radius = body.kind == ShapeKind::sphere ? body.radius : bounds.max().cwiseMax(-bounds.min()).norm();
+    result.returned = returned;
     const auto used = std::ranges::find_if(groups, [](const CellGroup* g) { return g->used > 0; });
-    if (used == groups.end()) return sphere;
+    if (used == groups.end()) return result;
     const CellGroup& group = **used;
     const auto lane = std::ranges::find_if(group.directions, [](std::uint32_t d) { return d != 0; });
     const auto any = static_cast<std::size_t>(lane - group.directions.begin());
     for (int axis = 0; axis < 3; ++axis) {
-      sphere.first_cell[axis] = static_cast<double>(layout_.block().low[axis]) + 0.5;
-      sphere.position[axis] = body.position[axis];
-      sphere.velocity[axis] = body.velocity[axis];
-      sphere.angular_velocity[axis] = body.angular_velocity[axis];
+      result.first_cell[axis] = static_cast<double>(layout_.block().low[axis]) + 0.5;
+      result.position[axis] = body.position[axis];
+      result.velocity[axis] = body.velocity[axis];
+      result.angular_velocity[axis] = body.angular_velocity[axis];
       if (!map_.domain().periodic(axis)) continue;
       const auto length = static_cast<double>(map_.domain().cells()[axis]);
-      const double r = sphere.first_cell[axis] + group.cell[static_cast<std::size_t>(axis)][any] - body.position[axis];
-      sphere.image[axis] = length * std::round(r / length);
+      const double r = result.first_cell[axis] + group.cell[static_cast<std::size_t>(axis)][any] - body.position[axis];
+      result.image[axis] = length * std::round(r / length);
     }
-    return sphere;
+    return result;
   }
 
   static constexpr std::size_t per_link = BoundaryValues<T>::per_link(Formula::uses_second_cell);

@@ -1,6 +1,7 @@
 #include "lattice_boltzmann/bodies/placed_shape.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,7 +14,7 @@ namespace copepod::fluid {
 namespace {
 
 /// Lines are turned into the frame of the solid.
-class PlacedSolid final : public PlacedShape {
+class PlacedSolid : public PlacedShape {
  public:
   PlacedSolid(std::unique_ptr<const Solid> solid, const Eigen::Vector3d& position,
               const Eigen::Quaterniond& orientation)
@@ -53,6 +54,26 @@ class PlacedSolid final : public PlacedShape {
 
   std::unique_ptr<const Solid> solid_;
   Eigen::Matrix3d R_;
+};
+
+/// Links are turned and stretched so that they enter the unit sphere.
+class PlacedEllipsoid final : public PlacedSolid {
+ public:
+  PlacedEllipsoid(const Shape& shape, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation,
+                  double cell_m)
+      : PlacedSolid(make_solid(shape, cell_m), position, orientation),
+        stretch_((cell_m * shape.extents_m.cwiseInverse()).asDiagonal() * orientation.toRotationMatrix().transpose()) {
+    for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha)
+      links_[alpha] = stretch_ * Eigen::Map<const Eigen::Vector3d>(d3q19::velocity[alpha].data());
+  }
+
+  [[nodiscard]] double entry(const Eigen::Vector3d& r, int direction) const override {
+    return entry_into_sphere(stretch_ * r, links_[static_cast<std::size_t>(direction)], 1.0);
+  }
+
+ private:
+  Eigen::Matrix3d stretch_;
+  std::array<Eigen::Vector3d, d3q19::directions> links_;
 };
 
 /// The union of its parts, each of which is placed by itself.
@@ -96,6 +117,8 @@ std::shared_ptr<const PlacedShape> place(const Shape& shape, const Eigen::Vector
       return std::make_shared<PlacedMesh>(box_mesh(shape.extents_m), position, orientation, cell_m);
     case ShapeKind::compound:
       return std::make_shared<PlacedCompound>(shape.parts, position, orientation, cell_m);
+    case ShapeKind::ellipsoid:
+      return std::make_shared<PlacedEllipsoid>(shape, position, orientation, cell_m);
     default:
       return std::make_shared<PlacedSolid>(make_solid(shape, cell_m), position, orientation);
   }

@@ -11,20 +11,22 @@
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/kernel/surface_cells.hpp"
 
-// Momentum exchange of eight boundary cells of a sphere at once: what MomentumExchange does for most cells, with the
+// Momentum exchange of eight boundary cells of a body at once: what MomentumExchange does for most cells, with the
 // same bits. Compiled once per instruction set, like the bulk update, and hence without Eigen.
 
 namespace copepod::fluid {
 
-/// A sphere and where its boundary cells are, lattice units.
-struct SphereInBlock {
+/// A body and where its boundary cells are, lattice units.
+struct BodyInBlock {
   double first_cell[3]{};  ///< centre of the block's first cell
   double position[3]{};
-  double image[3]{};  ///< what leads from its centre to the image that the block sees
+  double image[3]{};  ///< what leads from its position to the image that the block sees
   double velocity[3]{};
   double angular_velocity[3]{};
-  double radius = 0.0;
+  double radius = 0.0;    ///< of the sphere, or of a ball around the position that contains another body
   double returned = 0.0;  ///< mass to be given back, by the weight of the links
+  const double* wall_distances = nullptr;  ///< of other bodies than spheres, by group, link of a cell, and lane
+  static constexpr std::size_t distances_per_group = (d3q19::directions - 1) * surface_lanes;
 };
 
 /// Sums by lane, as integers: LoadSums and the momentum kept back.
@@ -38,12 +40,12 @@ struct LaneSums {
   static constexpr std::size_t most_groups = 4096;  ///< of which 64 bits surely hold the sums: 2¹² times 2⁵¹
 };
 
-/// Momentum exchange of the cells of some groups with a sphere. Some of those that follow are asked for ahead.
+/// Momentum exchange of the cells of some groups with a body. Some of those that follow are asked for ahead.
 /// @param groups  `count` of them, and as many more as groups_ahead has it
 /// @return how many were computed: all, or those before the first one whose numbers are too large for exact sums, or,
 ///         where the formula uses second cells, not all of whose second cells are fluid
 template <class Formula, class T>
-using ExchangeGroupsBy = std::size_t (*)(const Formula& formula, const SphereInBlock& sphere,
+using ExchangeGroupsBy = std::size_t (*)(const Formula& formula, const BodyInBlock& body,
                                          const CellGroup* const* groups, std::size_t count, BoundaryValues<T>& values,
                                          LaneSums& sums);
 
@@ -110,14 +112,14 @@ struct ExchangeGroupLoop {
     std::array<Lanes<double>, components> added;
   };
 
-  static std::size_t run(const Formula& formula, const SphereInBlock& sphere, const CellGroup* const* groups,
+  static std::size_t run(const Formula& formula, const BodyInBlock& body, const CellGroup* const* groups,
                          std::size_t count, BoundaryValues<T>& values, LaneSums& sums) {
-    if (Formula::conserving && !is_slow(sphere)) return 0;
+    if (Formula::conserving && !is_slow(body)) return 0;
     for (std::size_t g = 0; g < count; ++g) {
       prefetch_ahead<per_link, per_cell>(groups + g, values);
       Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
       for (std::size_t lane = 0; lane < surface_lanes; lane += width)
-        if (!exchange(formula, sphere, *groups[g], values, lane, outcome)) return g;
+        if (!exchange(formula, body, g, *groups[g], values, lane, outcome)) return g;
       keep(outcome, *groups[g], values, sums);
     }
     return count;
@@ -135,10 +137,10 @@ struct ExchangeGroupLoop {
   }
   static_assert(2.0 * d3q19::weight(7) == d3q19::weight(1));
 
-  /// Whether no cell beside the sphere, or its surface, moves by a cell or more in a step.
-  static bool is_slow(const SphereInBlock& sphere) {
+  /// Whether no cell beside the body, or its surface, moves by a cell or more in a step.
+  static bool is_slow(const BodyInBlock& body) {
     const auto length = [](const double(&x)[3]) { return __builtin_sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); };
-    return length(sphere.velocity) + (sphere.radius + 2.0) * length(sphere.angular_velocity) < 1.0;
+    return length(body.velocity) + (body.radius + 2.0) * length(body.angular_velocity) < 1.0;
   }
 
   [[gnu::always_inline]] static void keep(const Outcome& outcome, const CellGroup& group, BoundaryValues<T>& values,
@@ -244,8 +246,8 @@ struct ExchangeGroupLoop {
     return misses ? V{} + 1.0 : q;
   }
 
-  /// Of the lanes from `lane` on.
-  [[gnu::always_inline]] static bool exchange(const Formula& formula, const SphereInBlock& sphere,
+  /// Of the lanes from `lane` on in group number `g`.
+  [[gnu::always_inline]] static bool exchange(const Formula& formula, const BodyInBlock& body, std::size_t g,
                                               const CellGroup& group, const BoundaryValues<T>& values, std::size_t lane,
                                               Outcome& outcome) {
     // Where the squares of a cell's numbers, at most 18 of either kind, add up to less, each kind adds up to √18 · 0.2
@@ -253,11 +255,13 @@ struct ExchangeGroupLoop {
     constexpr double small = 0.2;
     V r[3];
     for (std::size_t a = 0; a < 3; ++a)
-      r[a] = (load<V>(group.cell[a].data() + lane) + sphere.first_cell[a]) - sphere.position[a] - sphere.image[a];
-    const double* w = sphere.angular_velocity;
-    const V u[3] = {sphere.velocity[0] + cross(w, r, 0), sphere.velocity[1] + cross(w, r, 1),
-                    sphere.velocity[2] + cross(w, r, 2)};
-    const V constant = dot(r, r) - sphere.radius * sphere.radius;
+      r[a] = (load<V>(group.cell[a].data() + lane) + body.first_cell[a]) - body.position[a] - body.image[a];
+    const double* w = body.angular_velocity;
+    const V u[3] = {body.velocity[0] + cross(w, r, 0), body.velocity[1] + cross(w, r, 1),
+                    body.velocity[2] + cross(w, r, 2)};
+    const V constant = dot(r, r) - body.radius * body.radius;
+    const double* distances = body.wall_distances;
+    if (distances != nullptr) distances += BodyInBlock::distances_per_group * g + lane;
     V force[3] = {};
     V mass = {};
     V arm[3] = {};
@@ -293,9 +297,12 @@ struct ExchangeGroupLoop {
         link.e_dot_j = direction.dot(momentum);
       }
       if constexpr (Formula::uses_wall_distance)
-        link.wall_distance = wall_distance(direction.dot(r), (bit & axes) != 0 ? zero + 1.0 : zero + 2.0, constant);
+        link.wall_distance =
+            distances != nullptr
+                ? load<V>(distances + surface_lanes * j)
+                : wall_distance(direction.dot(r), (bit & axes) != 0 ? zero + 1.0 : zero + 2.0, constant);
       V exact = formula.template returning<V>(link);
-      if constexpr (Formula::conserving) exact = exact + link.weight * sphere.returned;
+      if constexpr (Formula::conserving) exact = exact + link.weight * body.returned;
       const TLanes stored = __builtin_convertvector(exact, TLanes);
       std::memcpy(outcome.returning[j].data() + lane, &stored, sizeof(stored));
       const V returning = __builtin_convertvector(stored, V);

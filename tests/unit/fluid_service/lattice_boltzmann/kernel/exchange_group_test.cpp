@@ -56,7 +56,7 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   std::iota(group.cell[0].begin(), group.cell[0].end(), 2);
   group.cell[1].fill(5);
   group.cell[2].fill(4);
-  SphereInBlock sphere;
+  BodyInBlock sphere;
   for (int axis = 0; axis < 3; ++axis) {
     sphere.first_cell[axis] = 0.5;
     sphere.position[axis] = 5.1 - axis;
