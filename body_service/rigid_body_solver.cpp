@@ -5,6 +5,7 @@
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
+#include "contract/features.hpp"
 #include "geometry/contact_time.hpp"
 #include "request_checks.hpp"
 #include "storage/state_file.hpp"
@@ -75,44 +76,13 @@ void join(const BlockState& of_block, const BodyBlock& block, MotionState& state
 }  // namespace
 
 Capabilities rigid_body_capabilities() {
-  return {"Copepod rigid bodies",
-          COPEPOD_VERSION,
-          {"shape:sphere",
-           "shape:capsule",
-           "shape:ellipsoid",
-           "shape:cylinder",
-           "shape:box",
-           "shape:mesh",
-           "shape:compound",
-           "inertia",
-           "motion:free",
-           "motion:fixed",
-           "motion:prescribed",
-           "motion:axis",
-           "integrator:semi_implicit_euler",
-           "integrator:runge_kutta_4",
-           "springs",
-           "anchors",
-           "bends",
-           "joint:ball",
-           "joint:hinge",
-           "joint:slider",
-           "joint:fixed",
-           "joint:distance",
-           "joint:springs",
-           "joint:limits",
-           "actuator:pair_force",
-           "actuator:body_force",
-           "actuator:body_torque",
-           "actuator:world_force",
-           "actuator:world_torque",
-           "actuator:joint_motion",
-           "gravity",
-           "contact",
-           "contact:friction",
-           "walls",
-           "periodic",
-           "checkpoint"}};
+  return {"Copepod rigid bodies", COPEPOD_VERSION,
+          features_in("shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh shape:compound "
+                      "inertia motion:free motion:fixed motion:prescribed motion:axis integrator:semi_implicit_euler "
+                      "integrator:runge_kutta_4 springs anchors bends joint:ball joint:hinge joint:slider joint:fixed "
+                      "joint:distance joint:springs joint:limits actuator:pair_force actuator:body_force "
+                      "actuator:body_torque actuator:world_force actuator:world_torque actuator:joint_motion gravity "
+                      "contact contact:friction walls periodic checkpoint")};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)

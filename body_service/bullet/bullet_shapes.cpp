@@ -61,8 +61,7 @@ btCollisionShape* hull_of(const Shape& shape, double unit_m, const std::string& 
   const double volume = make_solid(shape, unit_m)->moments().volume;
   if (std::abs(volume_of(hull)) > (1.0 + rounding) * volume)
     throw CaseError("body '" + body +
-                    "' has a concave mesh (Bullet moves convex ones). Make it of convex parts, with "
-                    "shape: compound.");
+                    "' has a concave mesh (Bullet moves convex ones). Make it of convex parts, with shape: compound.");
   auto* const made = keep(std::make_unique<btConvexHullShape>(&hull.vertices[0].getX(), hull.vertices.size()), kept);
   made->setMargin(0.0);
   made->initializePolyhedralFeatures();  // contacts of whole faces

@@ -34,18 +34,12 @@ Eigen::Vector3d from_bullet(const btVector3& vector, double unit) {
 
 btQuaternion to_bullet_rotation(const Eigen::Vector4d& q) { return {q[1], q[2], q[3], q[0]}; }
 
-bool moves_freely(MotionKind motion) { return motion == MotionKind::free || motion == MotionKind::axis; }
-
 /// A frame whose x axis is `axis`, in the world.
 btMatrix3x3 frame_along(const Eigen::Vector3d& axis) {
   Eigen::Vector3d second = axis.unitOrthogonal();
   const Eigen::Vector3d third = axis.cross(second);
   return {axis[0], second[0], third[0], axis[1], second[1], third[1], axis[2], second[2], third[2]};
 }
-
-}  // namespace
-
-namespace {
 
 /// The root of that between bodies. Where only walls have friction, so little that it does not count between bodies,
 /// but its product with that of a wall does.
@@ -88,7 +82,7 @@ BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double 
 
 void BulletWorld::add_body(Eigen::Index body, const BodySpecification& specification) {
   btCollisionShape* shape = bullet_shape(specification.shape, units_.length_m, specification.name, shapes_);
-  const bool moves = moves_freely(model_.motion(body));
+  const bool moves = model_.moves(body);
   const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
   const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(specification);
   Eigen::Vector3d inertia = tensor.diagonal();
@@ -212,7 +206,7 @@ void BulletWorld::advance(Kinematics& state, const Loads& loads) {
 void BulletWorld::read(Eigen::Index body, Kinematics& state) const {
   auto q = state.orientation_wxyz.col(body);
   auto x = state.position_m.col(body);
-  if (!moves_freely(model_.motion(body))) {  // keeps its velocities; Bullet does not move it
+  if (!model_.moves(body)) {  // keeps its velocities; Bullet does not move it
     x += units_.time_s * state.velocity_m_per_s.col(body);
     q = rotated(units_.time_s * state.angular_velocity_rad_per_s.col(body), q).normalized();
     return;

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 
 #include "bullet/bullet_shapes.hpp"
-#include "bullet/shape_on_plane.hpp"
 #include "bullet/spring_constraint.hpp"
 #include "contract/body_setup.hpp"
 #include "engine/engine_world.hpp"

@@ -1,37 +1,16 @@
 #include "bullet/bullet_world.hpp"
 #include "component/run_component.hpp"
+#include "contract/features.hpp"
 #include "engine/engine_body_solver.hpp"
 
 int main(int argc, char** argv) {
   using namespace copepod;
-  const Capabilities capabilities{"Bullet rigid bodies",
-                                  COPEPOD_VERSION,
-                                  {"shape:sphere",
-                                   "shape:capsule",
-                                   "shape:ellipsoid",
-                                   "shape:cylinder",
-                                   "shape:box",
-                                   "shape:mesh",
-                                   "shape:compound",
-                                   "inertia",
-                                   "motion:free",
-                                   "motion:fixed",
-                                   "motion:prescribed",
-                                   "motion:axis",
-                                   "springs",
-                                   "anchors",
-                                   "bends",
-                                   "actuator:pair_force",
-                                   "actuator:body_force",
-                                   "actuator:body_torque",
-                                   "actuator:world_force",
-                                   "actuator:world_torque",
-                                   "gravity",
-                                   "contact",
-                                   "contact:friction",
-                                   "contacts",
-                                   "walls",
-                                   "checkpoint"}};
+  const Capabilities capabilities{
+      "Bullet rigid bodies", COPEPOD_VERSION,
+      features_in("shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh shape:compound "
+                  "inertia motion:free motion:fixed motion:prescribed motion:axis springs anchors bends "
+                  "actuator:pair_force actuator:body_force actuator:body_torque actuator:world_force "
+                  "actuator:world_torque gravity contact contact:friction contacts walls checkpoint")};
   const auto make_world = [](const auto&... inputs) { return std::make_unique<body::BulletWorld>(inputs...); };
   return run_body_component(argc, argv,
                             {capabilities,

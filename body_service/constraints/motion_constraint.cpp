@@ -17,8 +17,8 @@ Eigen::Vector3d along(const BodySpecification& body, const Eigen::Vector3d& velo
   Eigen::Vector3d part = axis * axis.dot(velocity);
   if ((velocity - part).norm() > off_axis_tolerance * velocity.norm()) {
     throw CaseError("body '" + body.name + "': " + key +
-                    " points off its axis (motion: axis moves along, and turns about, the axis only). Give a "
-                    "velocity along the axis or use motion: free.");
+                    " points off its axis (motion: axis moves along, and turns about, the axis only). Give a velocity "
+                    "along the axis or use motion: free.");
   }
   return part;
 }
@@ -33,9 +33,9 @@ BodyVelocities constrained_velocities(const BodySpecification& body) {
       return given;
     case MotionKind::fixed:
       if (!given.linear_m_per_s.isZero(0.0) || !given.angular_rad_per_s.isZero(0.0)) {
-        throw CaseError("body '" + body.name +
-                        "': a velocity is given (motion: fixed never moves). Remove the velocity or use motion: "
-                        "prescribed.");
+        throw CaseError(
+            "body '" + body.name +
+            "': a velocity is given (motion: fixed never moves). Remove the velocity or use motion: prescribed.");
       }
       return given;
     case MotionKind::axis:
@@ -47,8 +47,7 @@ BodyVelocities constrained_velocities(const BodySpecification& body) {
               along(body, given.angular_rad_per_s, "angular_velocity_rad_per_s")};
   }
   throw CaseError("body '" + body.name +
-                  "': unknown kind of motion (the setup holds no valid value). Use free, "
-                  "fixed, prescribed or axis.");
+                  "': unknown kind of motion (the setup holds no valid value). Use free, fixed, prescribed or axis.");
 }
 
 }  // namespace copepod::body

@@ -80,19 +80,15 @@ Contacts::Contacts(const BodySetup& setup, const BodyModel& model, const Joints&
       by_rank_(bodies_by_name(model)) {
   check_contact(setup);
   if (!near_pairs.longer_than_the_box().empty()) {
-    throw CaseError("body '" + model.name(near_pairs.longer_than_the_box().front()) +
-                    "' is longer than the periodic domain (it would be in contact with its own image). Use a larger "
-                    "domain.");
+    throw CaseError(
+        "body '" + model.name(near_pairs.longer_than_the_box().front()) +
+        "' is longer than the periodic domain (it would be in contact with its own image). Use a larger domain.");
   }
   law_ = {setup.contact.stiffness_N_per_m, damping_ratio_of(setup.contact.restitution)};
   for (std::size_t rank = 0; rank < by_rank_.size(); ++rank)
     rank_[static_cast<std::size_t>(by_rank_[rank])] = static_cast<int>(rank);
   force_N_.resize(3, model.bodies());
   torque_N_m_.resize(3, model.bodies());
-}
-
-bool Contacts::moves(int body) const {
-  return model_.motion(body) == MotionKind::free || model_.motion(body) == MotionKind::axis;
 }
 
 CoreSegment Contacts::core(int body, const MotionState& state) const {
@@ -105,7 +101,7 @@ void Contacts::push(MotionState& state, const Interval& interval) {
   prepare(state, interval);
   for (const auto& [A, B] : pairs_) push_pair(A, B, state, interval);
   for (int body = 0; body < static_cast<int>(rank_.size()) && !walls_.empty(); ++body) {
-    if (!moves(body)) continue;
+    if (!model_.moves(body)) continue;
     for (std::size_t wall = 0; wall < walls_.size(); ++wall) push_from_wall(body, wall, state, interval);
   }
   if (!memory_.empty()) apply(state, interval.duration_s);
@@ -144,7 +140,7 @@ void Contacts::list_pairs(const Eigen::Matrix3Xd& position_m) {
   const auto rank = [this](int body) { return rank_[static_cast<std::size_t>(body)]; };
   pairs_.clear();
   for (auto [A, B] : near) {
-    if (!moves(A) && !moves(B)) continue;
+    if (!model_.moves(A) && !model_.moves(B)) continue;
     if (rank(B) < rank(A)) std::swap(A, B);
     pairs_.emplace_back(A, B);
   }
@@ -216,7 +212,7 @@ void Contacts::push_from_wall(int body, std::size_t wall, const MotionState& sta
 /// body's kind allows.
 double Contacts::inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
                                      const MotionState& state) const {
-  if (!moves(body)) return 0.0;
+  if (!model_.moves(body)) return 0.0;
   if (model_.shape(body).kind == ShapeKind::sphere && model_.motion(body) == MotionKind::free)
     return model_.inverse_mass_per_kg(body);  // the arm is along the normal
   Eigen::Vector3d force = normal;
@@ -321,7 +317,7 @@ const ContactMemory* Contacts::before(int body, int other, std::uint32_t image) 
 
 void Contacts::apply(MotionState& state, double duration_s) {
   for (const int body : by_rank_) {
-    if (!moves(body)) continue;
+    if (!model_.moves(body)) continue;
     Eigen::Vector3d force_N = force_N_.col(body);
     Eigen::Vector3d torque_N_m = torque_N_m_.col(body);
     constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);

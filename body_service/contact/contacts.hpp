@@ -91,7 +91,6 @@ class Contacts {
   /// Velocity of the other surface relative to that of A.
   [[nodiscard]] Eigen::Vector3d relative_m_per_s(const Touch& touch, const MotionState& state) const;
   void apply(MotionState& state, double duration_s);
-  [[nodiscard]] bool moves(int body) const;
 
   const BodyModel& model_;
   const Joints& joints_;

@@ -68,9 +68,8 @@ void OverlapCheck::report(int A, int B, double depth_m, std::int64_t step) const
   }
   throw SolverError(
       "bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
-          " (contacts are not resolved). Let bodies rebound (contact: {} in the case), start them further "
-          "apart, or use a smaller amplitude of the drive (amplitude_N, amplitude_m), a stiffer spring or a "
-          "shorter step.",
+          " (contacts are not resolved). Let bodies rebound (contact: {} in the case), start them further apart, or "
+          "use a smaller amplitude of the drive (amplitude_N, amplitude_m), a stiffer spring or a shorter step.",
       0, step);
 }
 

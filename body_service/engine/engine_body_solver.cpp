@@ -70,8 +70,8 @@ void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
     if (usable) world_->advance(state_, loads_);
     if (!usable || !all_finite(state_))
       throw SolverError(
-          "the motion of a body is not finite (its loads are not, or the step is too long for its springs). "
-          "Look at the loads of the last steps, or use a shorter step.",
+          "the motion of a body is not finite (its loads are not, or the step is too long for its springs). Look at "
+          "the loads of the last steps, or use a shorter step.",
           0, state_.step);
   }
   ++state_.step;

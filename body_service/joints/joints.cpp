@@ -188,10 +188,6 @@ JointMotion Joints::motion(const Joint& joint, double at) const {
   return {value, (slope + 2.0 * bend * at) / step_s_, 2.0 * bend / (step_s_ * step_s_)};
 }
 
-bool Joints::moves(int body) const {
-  return body >= 0 && (model_.motion(body) == MotionKind::free || model_.motion(body) == MotionKind::axis);
-}
-
 template <class State>
 JointSide Joints::side(int body, Eigen::Index first, const State& state) const {
   if (body < 0) return {};

@@ -101,7 +101,7 @@ class Joints {
   [[nodiscard]] JointMotion motion(const Joint& joint, double at) const;
   template <class State>
   [[nodiscard]] JointSide side(int body, Eigen::Index first, const State& state) const;
-  [[nodiscard]] bool moves(int body) const;
+  [[nodiscard]] bool moves(int body) const { return body >= 0 && model_.moves(body); }
   [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
   [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
   template <class State>

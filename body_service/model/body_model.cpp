@@ -80,20 +80,12 @@ void check(const BodySpecification& body) {
 /// Inverse of the inertia with which the body answers to torques, see MotionState.
 Eigen::Matrix3d inverse_inertia(const BodySpecification& body, const Eigen::Vector4d& q_WB) {
   const Eigen::Matrix3d inertia_B = inertia_tensor_kg_m2(body);
-  switch (body.motion) {
-    case MotionKind::free:
-      return inertia_B.ldlt().solve(Eigen::Matrix3d::Identity());  // of a diagonal one the reciprocals
-    case MotionKind::axis: {
-      // Turning about an axis through the centre of mass does not change aᵀ I a: one number serves for the
-      // whole run.
-      const Eigen::Vector3d axis_B = rotation_matrix(q_WB).transpose() * body.axis.normalized();
-      return Eigen::Matrix3d::Identity() * (1.0 / axis_B.dot(inertia_B * axis_B));
-    }
-    case MotionKind::fixed:
-    case MotionKind::prescribed:
-      break;
-  }
-  return Eigen::Matrix3d::Identity();
+  if (body.motion == MotionKind::free)  // of a diagonal one the reciprocals
+    return inertia_B.ldlt().solve(Eigen::Matrix3d::Identity());
+  if (body.motion != MotionKind::axis) return Eigen::Matrix3d::Identity();
+  // Turning about an axis through the centre of mass does not change aᵀ I a: one number serves for the whole run.
+  const Eigen::Vector3d axis_B = rotation_matrix(q_WB).transpose() * body.axis.normalized();
+  return Eigen::Matrix3d::Identity() * (1.0 / axis_B.dot(inertia_B * axis_B));
 }
 
 }  // namespace

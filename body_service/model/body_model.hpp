@@ -24,6 +24,10 @@ class BodyModel {
   [[nodiscard]] const std::vector<Shape>& shapes() const { return shapes_; }
   [[nodiscard]] const Shape& shape(Eigen::Index body) const { return shapes_[body]; }
   [[nodiscard]] MotionKind motion(Eigen::Index body) const { return motions_[body]; }
+  /// Whether loads move it.
+  [[nodiscard]] bool moves(Eigen::Index body) const {
+    return motions_[body] == MotionKind::free || motions_[body] == MotionKind::axis;
+  }
   [[nodiscard]] Eigen::Vector3d axis(Eigen::Index body) const { return axis_.col(body); }
   [[nodiscard]] double inverse_mass_per_kg(Eigen::Index body) const { return inverse_mass_per_kg_[body]; }
   [[nodiscard]] const Eigen::RowVectorXd& inverse_masses_per_kg() const { return inverse_mass_per_kg_; }

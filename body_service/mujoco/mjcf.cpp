@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <initializer_list>
 #include <limits>
+#include <numeric>
 #include <sstream>
+#include <vector>
 
 #include <Eigen/Geometry>
 
@@ -16,11 +19,83 @@
 #include "geometry/near_pairs.hpp"
 #include "geometry/rotation.hpp"
 #include "model/body_model.hpp"
-#include "mujoco/joint_tree.hpp"
 
 namespace copepod::body {
 
 namespace {
+
+/// The bodies of a case as trees that grow from the world along its joints.
+struct JointTree {
+  struct Node {
+    int parent = -1;  ///< body; −1: the world
+    int joint = -1;   ///< that connects them; −1: none, the body has its own freedom
+    std::vector<int> children{};
+  };
+  std::vector<Node> bodies;
+  std::vector<int> roots;         ///< bodies that hang on the world
+  std::vector<int> other_joints;  ///< those that close loops
+};
+
+/// Whether an actuator gives the joint's motion.
+bool is_driven(const BodySetup& setup, int joint) {
+  return std::ranges::any_of(setup.actuators, [joint](const ActuatorSpecification& actuator) {
+    return actuator.kind == ActuatorKind::joint_motion && actuator.joint == joint;
+  });
+}
+
+/// Whether MuJoCo cannot keep the joint but as an edge: a slider, a rod, one that has a spring or is driven.
+bool must_be_edge(const BodySetup& setup, int joint) {
+  const JointSpecification& it = setup.joints[joint];
+  return it.kind == JointKind::slider || it.kind == JointKind::distance || it.stiffness > 0.0 || it.damping > 0.0 ||
+         it.has_limits() || is_driven(setup, joint);
+}
+
+/// Those that must be edges first.
+std::vector<int> by_need(const BodySetup& setup) {
+  std::vector<int> edges(setup.joints.size());
+  std::iota(edges.begin(), edges.end(), 0);
+  std::ranges::stable_sort(edges, std::greater<>{}, [&](int joint) { return must_be_edge(setup, joint); });
+  return edges;
+}
+
+/// Joints that MuJoCo can keep only as edges are edges wherever possible: Prim's algorithm [Bell Syst. Tech. J. 36,
+/// 1389, 1957].
+JointTree joint_tree_of(const BodySetup& setup) {
+  JointTree tree;
+  tree.bodies.resize(setup.bodies.size());
+  std::vector<bool> reached(setup.bodies.size(), false);
+  const auto is_reached = [&](int body) { return body < 0 || reached[body]; };
+  const auto attach = [&](int body, int parent, int joint) {
+    tree.bodies[body].parent = parent;
+    tree.bodies[body].joint = joint;
+    (parent < 0 ? tree.roots : tree.bodies[parent].children).push_back(body);
+    reached[body] = true;
+  };
+  const auto bodies = static_cast<int>(setup.bodies.size());
+  for (int body = 0; body < bodies; ++body)
+    if (setup.bodies[body].motion != MotionKind::free) attach(body, -1, -1);
+
+  std::vector<int> edges = by_need(setup);
+  for (int next_root = 0;;) {
+    const auto grows = std::ranges::find_if(edges, [&](int joint) {
+      return is_reached(setup.joints[joint].body_A) != is_reached(setup.joints[joint].body_B);
+    });
+    if (grows != edges.end()) {
+      const JointSpecification& joint = setup.joints[*grows];
+      if (is_reached(joint.body_A))
+        attach(joint.body_B, joint.body_A, *grows);
+      else
+        attach(joint.body_A, joint.body_B, *grows);
+      edges.erase(grows);
+      continue;
+    }
+    while (next_root < bodies && reached[next_root]) ++next_root;
+    if (next_root == bodies) break;
+    attach(next_root, -1, -1);
+  }
+  tree.other_joints = std::move(edges);
+  return tree;
+}
 
 /// name="…" with numbers that are read back bit for bit.
 template <typename Numbers>

@@ -6,7 +6,7 @@
 
 #include "contract/body_setup.hpp"
 #include "engine/engine_world.hpp"
-#include "mujoco/compiled_model.hpp"
+#include "mujoco/model_bodies.hpp"
 
 namespace copepod::body {
 

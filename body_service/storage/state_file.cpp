@@ -27,18 +27,13 @@ constexpr std::size_t words_per_body = 13;
 constexpr std::uint64_t most_memory_per_body = 10'000;  // words
 constexpr std::size_t piece_bytes = 1 << 20;            ///< read between two progress reports
 
-template <typename Matrix>
-void add_numbers(Digest& digest, const Matrix& numbers) {
-  for (Eigen::Index i = 0; i < numbers.size(); ++i) digest.add(numbers.data()[i]);
-}
-
 [[noreturn]] void fail(const std::string& path, const std::string& problem, const std::string& remedy) {
   throw StorageError("body state '" + path + "' " + problem + ". " + remedy);
 }
 
 std::uint64_t digest_of_words(std::span<const std::uint64_t> words) {
   Digest digest;
-  for (const std::uint64_t word : words) digest.add(word);
+  digest.add_all(words);
   return digest.value();
 }
 
@@ -87,11 +82,11 @@ std::uint64_t layout_digest(const BodySetup& setup) {
 std::uint64_t state_digest(std::int64_t step, const MotionState& state, const std::vector<std::uint64_t>& memory) {
   Digest digest;
   digest.add(static_cast<std::uint64_t>(step));
-  add_numbers(digest, state.position_m);
-  add_numbers(digest, state.orientation_wxyz);
-  add_numbers(digest, state.velocity_m_per_s);
-  add_numbers(digest, state.angular_momentum_N_m_s);
-  for (const std::uint64_t word : memory) digest.add(word);
+  digest.add_all(state.position_m);
+  digest.add_all(state.orientation_wxyz);
+  digest.add_all(state.velocity_m_per_s);
+  digest.add_all(state.angular_momentum_N_m_s);
+  digest.add_all(memory);
   return digest.value();
 }
 

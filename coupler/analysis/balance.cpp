@@ -2,22 +2,16 @@
 
 #include <nlohmann/json.hpp>
 
+#include "config/checks/checks.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
-namespace {
-
-bool is_moved(const BodySpecification& body) {
-  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
-}
-
-}  // namespace
 
 void Balance::observe(const StepRecord& record) {
   if (!started_) add_motion(record.kinematics, sums_.start_kg_m_per_s, sums_.start_J);
   started_ = true;
   for (Eigen::Index b = 0; b < record.kinematics.bodies(); ++b) {
-    if (!is_moved(bodies_[b])) continue;
+    if (!moves_under_loads(bodies_[b])) continue;
     const auto impulse = [&](const Loads& loads) -> Eigen::Vector3d { return loads.force_N.col(b) * step_s_; };
     const auto work_J = [&](const Loads& loads) {
       return step_s_ * (loads.force_N.col(b).dot(record.kinematics.velocity_m_per_s.col(b)) +
@@ -36,7 +30,7 @@ void Balance::observe(const StepRecord& record) {
 void Balance::add_motion(const Kinematics& kinematics, Eigen::Vector3d& momentum_kg_m_per_s, double& energy_J) const {
   for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
     const BodySpecification& body = bodies_[b];
-    if (!is_moved(body)) continue;
+    if (!moves_under_loads(body)) continue;
     const Eigen::Vector3d v = kinematics.velocity_m_per_s.col(b);
     const Eigen::Vector3d w_B =
         rotation_matrix(kinematics.orientation_wxyz.col(b)).transpose() * kinematics.angular_velocity_rad_per_s.col(b);

@@ -37,9 +37,9 @@ void refuse_forces(const Document& document) {
 
 void refuse_campaign(const Document& document) {
   if (document.root().find("campaign") == nullptr) return;
-  throw CaseInvalid(document.locate("campaign"),
-                    "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its "
-                    "cases.");
+  throw CaseInvalid(
+      document.locate("campaign"),
+      "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its cases.");
 }
 
 LoadedCase read_one(const Document& document) {
@@ -137,10 +137,9 @@ void declare(Keys& keys, CampaignEntry& entry, const fs::path& folder) {
   keys.text(required("case"), file, "Case file, relative to the folder of the campaign file.");
   entry.case_file = (folder / file).string();
   entry.name = fs::path(file).stem().string();
-  keys.name(
-      "name", entry.name,
-      "Name of the run's folder and of its rows in the tables (default: the file's name). Required if a case appears "
-      "twice.");
+  keys.name("name", entry.name,
+            "Name of the run's folder and of its rows in the tables (default: the file's name). Required if a case "
+            "appears twice.");
   declare_settings(keys, entry.settings);
   if (Reader* reader = keys.reader();
       reader != nullptr && std::ranges::find(own_folders, entry.name) != own_folders.end())
@@ -154,9 +153,9 @@ void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const auto [earlier, is_new] = first.emplace(cases[i].name, i);
     if (is_new) continue;
-    problems.error("cases." + std::to_string(i), "cases." + std::to_string(i) + " is called '" + cases[i].name +
-                                                     "' (so is cases." + std::to_string(earlier->second) +
-                                                     "). Give it a `name` of its own.");
+    problems.reject("cases." + std::to_string(i), "is called '" + cases[i].name + "' (so is cases." +
+                                                      std::to_string(earlier->second) +
+                                                      "). Give it a `name` of its own.");
   }
 }
 

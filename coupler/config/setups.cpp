@@ -98,8 +98,8 @@ void warn_of_open_faces(const Case& the_case, Problems& problems) {
     open.append(open.empty() ? "" : ", ").append(face_path(face));
   }
   if (open.empty()) return;
-  problems.warning("contact", "contact leaves out " + open + " (there is no wall for bodies in solver: " +
-                                  name_of(solver_names, the_case.fluid.solver) + "). They pass through.");
+  problems.warn("contact", "leaves out " + open + " (there is no wall for bodies in solver: " +
+                               name_of(solver_names, the_case.fluid.solver) + "). They pass through.");
 }
 
 /// Where a lattice is, check_bodies has looked at its faces.
@@ -111,9 +111,9 @@ void check_walls_at_start(const Case& the_case, const Assembly& assembly, Proble
       const double gap_m =
           wall.normal.dot(body.position_m - wall.point_m) - wall.normal.cwiseAbs().dot(half_extents_m(body));
       if (gap_m >= 0.0 || !moves_under_loads(body)) continue;
-      problems.error(assembly.body_paths[i], "body '" + body.name + "' reaches " + length_text(-gap_m) +
-                                                 " into a wall (a contact would push it out at once). Move it, or "
-                                                 "enlarge domain_cells.");
+      problems.error(assembly.body_paths[i],
+                     "body '" + body.name + "' reaches " + length_text(-gap_m) +
+                         " into a wall (a contact would push it out at once). Move it, or enlarge domain_cells.");
     }
   }
 }
@@ -260,14 +260,15 @@ void check_contact(const Case& the_case, const Assembly& assembly, Problems& pro
   }
   const double overlap_m = expected.overlap_m(stiffness);
   if (overlap_m > 5.0 * allowed_overlap * expected.smallest_radius_m) {
-    problems.warning(path, "bodies may overlap by " + length_text(overlap_m) +
-                               ", more than 5 % of a radius (the contacts are soft). Use a larger "
-                               "contact.stiffness_N_per_m, or auto.");
+    problems.warning(
+        path,
+        "bodies may overlap by " + length_text(overlap_m) +
+            ", more than 5 % of a radius (the contacts are soft). Use a larger contact.stiffness_N_per_m, or auto.");
   }
   if (!assembly.prescribed.empty()) {
-    problems.warning("contact",
-                     "contact leaves out bodies whose motion is a function of time (the coupler moves them, and a run "
-                     "in which they meet another body ends). Prescribe constant velocities with motion: prescribed.");
+    problems.warn("contact",
+                  "leaves out bodies whose motion is a function of time (the coupler moves them, and a run in which "
+                  "they meet another body ends). Prescribe constant velocities with motion: prescribed.");
   }
   warn_of_open_faces(the_case, problems);
   check_walls_at_start(the_case, assembly, problems);

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
 #include <cmath>
-#include <iomanip>
-#include <sstream>
 #include <string_view>
 
+#include <spdlog/fmt/fmt.h>
+
 #include "contract/errors.hpp"
+#include "contract/words.hpp"
 #include "geometry/rotation.hpp"
 #include "storage/csv_file.hpp"
 #include "system/durable_file.hpp"
@@ -24,19 +24,12 @@ static_assert(std::endian::native == std::endian::little, "the files announce li
 constexpr std::string_view prefix = "step_";
 constexpr std::string_view suffix = ".vtp";
 
-std::string frame_name(std::int64_t step) {
-  std::ostringstream name;
-  name << prefix << std::setw(9) << std::setfill('0') << step << suffix;
-  return name.str();
-}
+std::string frame_name(std::int64_t step) { return fmt::format("{}{:09}{}", prefix, step, suffix); }
 
 /// −1: not the name of a frame.
 std::int64_t step_of_frame(std::string_view name) {
   if (!name.starts_with(prefix) || !name.ends_with(suffix)) return -1;
-  name = name.substr(prefix.size(), name.size() - prefix.size() - suffix.size());
-  std::int64_t step = -1;
-  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), step);
-  return error == std::errc() && end == name.data() + name.size() ? step : -1;
+  return number_in<std::int64_t>(name.substr(prefix.size(), name.size() - prefix.size() - suffix.size())).value_or(-1);
 }
 
 /// A poly data file: its elements, and behind them the arrays, each after its size in bytes.

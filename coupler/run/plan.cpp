@@ -81,11 +81,11 @@ void note_contacts(ordered_json& notes, const LoadedCase& loaded) {
   if (setup.contact.stiffness_N_per_m == 0.0) return;
   const ExpectedContacts expected = expected_contacts(loaded.content, loaded.assembly);
   const double overlap_m = expected.overlap_m(setup.contact.stiffness_N_per_m);
-  notes.push_back({{"what", "stiffness of contacts [N/m]"},
-                   {"value", fmt::format("{:.4g} (overlap up to about {:.2g} of the smallest radius, {:.0f} "
-                                         "substeps per step)",
-                                         setup.contact.stiffness_N_per_m, overlap_m / expected.smallest_radius_m,
-                                         contact_substeps(setup))}});
+  notes.push_back(
+      {{"what", "stiffness of contacts [N/m]"},
+       {"value", fmt::format("{:.4g} (overlap up to about {:.2g} of the smallest radius, {:.0f} substeps per step)",
+                             setup.contact.stiffness_N_per_m, overlap_m / expected.smallest_radius_m,
+                             contact_substeps(setup))}});
 }
 
 /// Figures of interest before a long run.

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <regex>
 
 #include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
 
 #include "config/sections/sections.hpp"
 #include "contract/digest.hpp"
@@ -122,19 +122,6 @@ std::string earlier_attempts(nlohmann::ordered_json last) {
 
 using nlohmann::ordered_json;
 
-template <typename Matrix>
-void add_all(Digest& digest, const Matrix& matrix) {
-  for (Eigen::Index column = 0; column < matrix.cols(); ++column) {
-    for (Eigen::Index row = 0; row < matrix.rows(); ++row) digest.add(matrix(row, column));
-  }
-}
-
-std::string hexadecimal(std::uint64_t value) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
-  return text.data();
-}
-
 /// Time that a solver worked [s]: all its phases but those in which it waited. For a component that reports
 /// none, the time that the coupler waited for it.
 double busy_s(const SolverSummary& solver, double waited_s) {
@@ -186,10 +173,9 @@ Branch plan_branch(const std::filesystem::path& directory, std::optional<std::in
   ChangedKeys changed = changed_keys(before.content, now.content);
   for (const auto& [key, values] : changed) {
     if (!is_of_the_start(key, now.content.bodies)) continue;
-    throw CaseError(directory.string() + " cannot be branched from (" + key + " is " + values.second + ", was " +
-                    values.first +
-                    ": a branch begins with the state of the checkpoint). Change other keys, or start "
-                    "from the beginning.");
+    throw CaseError(
+        directory.string() + " cannot be branched from (" + key + " is " + values.second + ", was " + values.first +
+        ": a branch begins with the state of the checkpoint). Change other keys, or start from the beginning.");
   }
   return {directory, step, case_key(before.content), std::move(changed)};
 }
@@ -258,10 +244,10 @@ std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, 
   digest.add(fluid.digest);
   digest.add(body.digest);
   digest.add(static_cast<std::uint64_t>(kinematics.step));
-  add_all(digest, kinematics.position_m);
-  add_all(digest, kinematics.orientation_wxyz);
-  add_all(digest, kinematics.velocity_m_per_s);
-  add_all(digest, kinematics.angular_velocity_rad_per_s);
+  digest.add_all(kinematics.position_m);
+  digest.add_all(kinematics.orientation_wxyz);
+  digest.add_all(kinematics.velocity_m_per_s);
+  digest.add_all(kinematics.angular_velocity_rad_per_s);
   return digest.value();
 }
 
@@ -285,7 +271,7 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
   summary["mlups"] = timing.loop_s > 0.0 ? share * static_cast<double>(fluid.cell_updates) / timing.loop_s * 1e-6 : 0.0;
   summary["ranks"] = fluid.ranks;
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
-  summary["digest"] = hexadecimal(run_digest(fluid, body, kinematics));
+  summary["digest"] = fmt::format("{:016x}", run_digest(fluid, body, kinematics));
   summary["mass_drift"] = fluid.mass_drift ? ordered_json(*fluid.mass_drift) : ordered_json(nullptr);
   summary["momentum_drift"] = fluid.momentum_drift ? ordered_json(*fluid.momentum_drift) : ordered_json(nullptr);
   summary["timing"] = {{"fluid_s", busy_s(fluid, timing.fluid_wait_s)},

@@ -46,8 +46,6 @@ using TableEnds = std::map<std::string, TableEnd>;  ///< by name of the file
 /// A table of a run directory that grows: what both of its forms do.
 class TableFile {
  public:
-  TableFile(const TableFile&) = delete;
-  TableFile& operator=(const TableFile&) = delete;
   virtual ~TableFile();
 
   /// Hands every row so far to the operating system.

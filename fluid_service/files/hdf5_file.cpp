@@ -120,20 +120,16 @@ void take_space(const std::string& path, int flags, const Take& take) {
 
 /// All ranks learn the text of rank `speaker`.
 std::string spread(Communicator& communicator, int speaker, const std::string& own) {
-  FailureReport report;
-  report.reason = own;
-  FailurePacket packet = pack_failure(report);
-  std::vector<Communicator::Message> messages;
-  for (int peer = 0; peer < communicator.size(); ++peer) {
-    if (peer == communicator.rank()) continue;
-    if (communicator.rank() == speaker) {
-      messages.push_back({peer, std::as_bytes(std::span(&packet, 1)), {}});
-    } else if (peer == speaker) {
-      messages.push_back({peer, {}, std::as_writable_bytes(std::span(&packet, 1))});
-    }
+  if (communicator.rank() != speaker) {
+    std::vector<std::byte> text;
+    communicator.receive(speaker, text);
+    return {reinterpret_cast<const char*>(text.data()), text.size()};
   }
-  communicator.start_exchange(messages)();
-  return unpack_failure(packet).reason;
+  std::vector<std::function<void()>> sends;
+  for (int peer = 0; peer < communicator.size(); ++peer)
+    if (peer != speaker) sends.push_back(communicator.start_send(peer, std::as_bytes(std::span(own))));
+  for (const auto& finish_send : sends) finish_send();
+  return own;
 }
 
 }  // namespace

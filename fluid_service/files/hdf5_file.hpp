@@ -25,8 +25,6 @@ class Hdf5File {
 
   /// @param context  to report progress to; outlives the file
   Hdf5File(const std::string& path, Access access, SolverContext& context);
-  Hdf5File(const Hdf5File&) = delete;
-  Hdf5File& operator=(const Hdf5File&) = delete;
   ~Hdf5File();
 
   void make_group(const std::string& group);

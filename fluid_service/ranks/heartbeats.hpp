@@ -73,8 +73,6 @@ class HeartbeatBoard {
   /// cover rank 0.
   /// @param context  whose progress the thread shows; outlives this object
   HeartbeatBoard(MPI_Comm ranks, const SolverContext& context);
-  HeartbeatBoard(const HeartbeatBoard&) = delete;
-  HeartbeatBoard& operator=(const HeartbeatBoard&) = delete;
   /// Ends the thread; leaves the memory to the end of the process unless `free` was called.
   ~HeartbeatBoard();
 

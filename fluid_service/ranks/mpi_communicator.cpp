@@ -101,10 +101,9 @@ void MpiCommunicator::look_at_ranks() {
   if (verdict.progressed) context().report_progress();
   context().await_rank(verdict.awaited);
   if (!verdict.frozen) return;
-  failure_ = failure_of_rank(
-      ComponentLost("frozen: it has shown no sign of life for some seconds (its process is suspended). See "
-                    "what suspended it, then resume the run."),
-      *verdict.frozen, -1);
+  failure_ = failure_of_rank(ComponentLost("frozen: it has shown no sign of life for some seconds (its process is "
+                                           "suspended). See what suspended it, then resume the run."),
+                             *verdict.frozen, -1);
   throw_if_failed();
 }
 
@@ -138,8 +137,7 @@ void MpiCommunicator::wait_until(const Poll& poll) {
     look_for_failure();
     if (const int code = context().stop_requested(); code != 0)
       throw Error(static_cast<ExitCode>(code),
-                  "stopped while waiting for another rank (the coupler ended the run). "
-                  "See the coupler's log.");
+                  "stopped while waiting for another rank (the coupler ended the run). See the coupler's log.");
     backoff.pause();
   }
 }

@@ -18,8 +18,6 @@ namespace copepod::fluid {
 class MpiCommunicator final : public Communicator {
  public:
   explicit MpiCommunicator(SolverContext& context);
-  MpiCommunicator(const MpiCommunicator&) = delete;
-  MpiCommunicator& operator=(const MpiCommunicator&) = delete;
   /// Collective, unless broken.
   ~MpiCommunicator() override;
 
@@ -74,8 +72,6 @@ class MpiCommunicator;
 class MpiSession {
  public:
   MpiSession();
-  MpiSession(const MpiSession&) = delete;
-  MpiSession& operator=(const MpiSession&) = delete;
   /// Ends MPI; after a failure, when a collective end could wait for ever, aborts all ranks with
   /// `exit_code()`.
   ~MpiSession();

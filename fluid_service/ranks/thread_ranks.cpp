@@ -29,9 +29,6 @@ constexpr std::chrono::milliseconds look_every{100};  ///< of a sleeping rank: f
 /// complete, so that nothing is written into buffers that a failing solver has freed.
 class ThreadRanks::Posting {
  public:
-  Posting() = default;
-  Posting(const Posting&) = delete;
-  Posting& operator=(const Posting&) = delete;
   ~Posting();
 
   [[nodiscard]] bool is_open() const { return open_.load(std::memory_order_acquire); }
@@ -131,8 +128,6 @@ class ThreadRanks::Team {
   static constexpr int purposes = static_cast<int>(Purpose::single) + 1;
 
   Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow);
-  Team(const Team&) = delete;
-  Team& operator=(const Team&) = delete;
   ~Team() { join(); }
 
   [[nodiscard]] int size() const { return static_cast<int>(ranks_.size()); }
@@ -307,33 +302,19 @@ void ThreadRanks::Rank::max_to_all(std::span<std::int64_t> values) {
   broadcast(std::as_writable_bytes(values));
 }
 
-/// Messages of one call of start_exchange.
-class ThreadRanks::Exchange {
- public:
-  Exchange(Rank& rank, Team& team, std::span<const Communicator::Message> messages)
-      : rank_(rank), postings_(2 * messages.size()) {
-    auto posting = postings_.begin();
-    for (const Communicator::Message& message : messages)
-      team.channel(Team::Purpose::exchange, message.peer, rank.rank()).receive(*posting++, message.receive);
-    for (const Communicator::Message& message : messages)
-      team.channel(Team::Purpose::exchange, rank.rank(), message.peer).send(*posting++, message.send);
-  }
-
-  void finish() {
-    rank_.throw_if_failed();
-    for (Posting& posting : postings_) rank_.wait_for(posting);
-  }
-
- private:
-  Rank& rank_;
-  std::vector<Posting> postings_;
-};
-
 std::function<void()> ThreadRanks::Rank::start_exchange(std::span<const Message> messages) {
   throw_if_failed();
   // std::function requires a copyable target, hence shared ownership despite a single owner.
-  const auto exchange = std::make_shared<Exchange>(*this, team_, messages);
-  return [exchange] { exchange->finish(); };
+  const auto postings = std::make_shared<std::vector<Posting>>(2 * messages.size());
+  auto posting = postings->begin();
+  for (const Message& message : messages)
+    team_.channel(Team::Purpose::exchange, message.peer, rank_).receive(*posting++, message.receive);
+  for (const Message& message : messages)
+    team_.channel(Team::Purpose::exchange, rank_, message.peer).send(*posting++, message.send);
+  return [this, postings] {
+    throw_if_failed();
+    for (Posting& each : *postings) wait_for(each);
+  };
 }
 
 std::function<void()> ThreadRanks::Rank::start_send(int peer, std::span<const std::byte> data) {

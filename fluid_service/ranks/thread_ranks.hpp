@@ -24,8 +24,6 @@ class ThreadRanks {
   /// @param follow   what every other rank runs, with its communicator; must not throw
   /// @throws ComponentLost if the system does not grant so many threads
   ThreadRanks(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow);
-  ThreadRanks(const ThreadRanks&) = delete;
-  ThreadRanks& operator=(const ThreadRanks&) = delete;
   /// Waits until every `follow` has returned; that they do so is the caller's care.
   ~ThreadRanks();
 
@@ -34,7 +32,6 @@ class ThreadRanks {
 
  private:
   class Channel;
-  class Exchange;
   class Posting;
   class Rank;
   class Team;

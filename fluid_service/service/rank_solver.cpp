@@ -1,6 +1,7 @@
 #include "service/rank_solver.hpp"
 
 #include "contract/errors.hpp"
+#include "contract/features.hpp"
 #include "files/stateless_fluid.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "stokes/stokes_flow.hpp"
@@ -10,45 +11,14 @@ namespace copepod::fluid {
 Capabilities capabilities() {
   return {.name = "Copepod fluid",
           .version = COPEPOD_VERSION,
-          .features = {"solver:lattice_boltzmann",
-                       "solver:stokes",
-                       "solver:vacuum",
-                       "collision:bgk",
-                       "collision:trt",
-                       "boundary:no_slip",
-                       "boundary:periodic",
-                       "boundary:free_slip",
-                       "boundary:velocity",
-                       "boundary:pressure",
-                       "no_slip_plane",
-                       "symmetry_planes",
-                       "body_force",
-                       "initial_flow:uniform",
-                       "initial_flow:shear",
-                       "initial_flow:taylor_green",
-                       "precision:double",
-                       "precision:single",
-                       "shape:sphere",
-                       "shape:capsule",
-                       "shape:ellipsoid",
-                       "shape:cylinder",
-                       "shape:box",
-                       "shape:mesh",
-                       "shape:compound",
-                       "obstacles",
-                       "moving_boundary:bounce_back",
-                       "moving_boundary:interpolated",
-                       "moving_boundary:central_linear",
-                       "moving_boundary:parabolic",
-                       "refill:equilibrium",
-                       "refill:nonequilibrium",
-                       "refill:grad",
-                       "thin_films",
-                       "fields",
-                       "fields:selection",
-                       "estimate",
-                       "mpi",
-                       "checkpoint"}};
+          .features = features_in(
+              "solver:lattice_boltzmann solver:stokes solver:vacuum collision:bgk collision:trt boundary:no_slip "
+              "boundary:periodic boundary:free_slip boundary:velocity boundary:pressure no_slip_plane symmetry_planes "
+              "body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green precision:double "
+              "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
+              "shape:compound obstacles moving_boundary:bounce_back moving_boundary:interpolated "
+              "moving_boundary:central_linear moving_boundary:parabolic refill:equilibrium refill:nonequilibrium "
+              "refill:grad thin_films fields fields:selection estimate mpi checkpoint")};
 }
 
 std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communicator& communicator) {

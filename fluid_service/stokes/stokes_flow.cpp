@@ -171,9 +171,9 @@ void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const
   const auto radius = [&radius_m](Eigen::Index i) { return radius_m[static_cast<std::size_t>(i)]; };
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!(position_P_m(2, i) > radius(i)))
-      throw SolverError("sphere " + std::to_string(i) +
-                        " reaches the no-slip plane (Stokes mobility is not defined then). Use weaker forces or "
-                        "start further away.");
+      throw SolverError(
+          "sphere " + std::to_string(i) +
+          " reaches the no-slip plane (Stokes mobility is not defined then). Use weaker forces or start further away.");
   }
   const auto in_world = [&plane](const Eigen::Matrix3d& tensor_P) -> Eigen::Matrix3d {
     return plane.rotation.transpose() * tensor_P * plane.rotation;
@@ -198,8 +198,7 @@ StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator
   for (const Shape& shape : setup.bodies) {
     if (shape.kind != ShapeKind::sphere)
       throw CaseError(
-          "a body is not a sphere (solver: stokes has the mobility of spheres only). Use solver: "
-          "lattice_boltzmann.");
+          "a body is not a sphere (solver: stokes has the mobility of spheres only). Use solver: lattice_boltzmann.");
     radius_m_.push_back(shape.radius_m);
   }
 }
@@ -215,9 +214,8 @@ void StokesFlow::add_loads(const Kinematics& kinematics, Loads& loads) {
   const Eigen::VectorXd load = factors.solve(-motion);
   if (factors.info() != Eigen::Success || !load.allFinite())
     throw SolverError(
-        "the Stokes mobility cannot be inverted (positions or velocities are not finite). Use a shorter "
-        "step_s.",
-        0, kinematics.step);
+        "the Stokes mobility cannot be inverted (positions or velocities are not finite). Use a shorter step_s.", 0,
+        kinematics.step);
   loads.force_N.reshaped() = load.head(3 * n);
   loads.torque_N_m.reshaped() = load.tail(3 * n);
   exchange_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

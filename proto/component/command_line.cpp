@@ -136,8 +136,8 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
   if (options.endpoint.empty() || options.session_token.empty()) {
     return end_with([] {
       return fail(
-          "a component needs a coupler to connect to (--endpoint or --session is missing). Give both; "
-          "deploy/copepod does so by itself.");
+          "a component needs a coupler to connect to (--endpoint or --session is missing). Give both; deploy/copepod "
+          "does so by itself.");
     });
   }
   return {options, {}};

@@ -41,8 +41,6 @@ class ControlLane {
   /// @param vitals  outlives this object, as does `log`
   ControlLane(std::unique_ptr<transport::Dealer> dealer, const Vitals& vitals, spdlog::logger& log,
               session::Hello hello, session::OrphanPatience patience);
-  ControlLane(const ControlLane&) = delete;
-  ControlLane& operator=(const ControlLane&) = delete;
 
   /// Ends the thread; the process will end by itself.
   ~ControlLane();

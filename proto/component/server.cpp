@@ -23,17 +23,9 @@ constexpr std::chrono::milliseconds kFarewellSlice{10};
 constexpr std::chrono::milliseconds kReconnection{200};  ///< a broken connection is back before that
 
 Phase phase_of(Work work) {
-  switch (work) {
-    case Work::make_solver:
-      return Phase::configuring;
-    case Work::write_state:
-    case Work::read_state:
-      return Phase::checkpointing;
-    case Work::confirm_end:
-      return Phase::finishing;
-    default:
-      return Phase::exchanging;
-  }
+  if (work == Work::make_solver) return Phase::configuring;
+  if (work == Work::write_state || work == Work::read_state) return Phase::checkpointing;
+  return work == Work::confirm_end ? Phase::finishing : Phase::exchanging;
 }
 
 /// @throws Refused if the coupler requests a minor version that our Hello did not offer
@@ -90,8 +82,8 @@ void Server::shake_hands() {
     }
     if (dealer_.turned_away()) {
       throw Refused(
-          "The coupler turned this component away (a key is missing or wrong, here or at the "
-          "coupler). Give --keys with the file of this role of this run.");
+          "The coupler turned this component away (a key is missing or wrong, here or at the coupler). Give --keys "
+          "with the file of this role of this run.");
     }
     Header first = header(0);
     first.attempt = attempt;

@@ -1,6 +1,9 @@
 #include "contract/features.hpp"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
+#include <sstream>
 
 #include "contract/words.hpp"
 
@@ -153,17 +156,13 @@ const Feature* find_feature(const std::string& name) {
 }
 
 const char* name_of(FeatureKind kind) {
-  switch (kind) {
-    case physics:
-      return "physics";
-    case method:
-      return "method";
-    case run:
-      return "run";
-    case remark:
-      break;
-  }
-  return "remark";
+  constexpr std::array names{"physics", "method", "run", "remark"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+std::set<std::string> features_in(const std::string& names) {
+  std::istringstream words(names);
+  return {std::istream_iterator<std::string>(words), {}};
 }
 
 std::set<std::string> required_features(const FluidSetup& setup) {

@@ -32,6 +32,9 @@ const Feature* find_feature(const std::string& name);
 
 const char* name_of(FeatureKind kind);
 
+/// The features of a component, of which `names` has one after the other: "shape:sphere shape:box springs".
+std::set<std::string> features_in(const std::string& names);
+
 /// The features that a setup uses: for each field that is not essential to every solver, the feature that
 /// guards it. Stokes flow and vacuum have no lattice and no domain, so only the lattice Boltzmann method
 /// (which stands for external solvers too) asks for boundaries, symmetry planes, body force and fields.

@@ -20,9 +20,7 @@ class Message;
 }
 
 namespace copepod::v1 {
-class BodySetup;
 class Envelope;
-class FluidSetup;
 }  // namespace copepod::v1
 
 namespace copepod::conversion {
@@ -35,8 +33,6 @@ namespace copepod::conversion {
 class Encoder {
  public:
   Encoder();
-  Encoder(const Encoder&) = delete;
-  Encoder& operator=(const Encoder&) = delete;
   ~Encoder();
 
   Bytes encode(const session::Header& header, const session::Hello& hello);
@@ -87,8 +83,6 @@ class Encoder {
 class Decoder {
  public:
   Decoder();
-  Decoder(const Decoder&) = delete;
-  Decoder& operator=(const Decoder&) = delete;
   ~Decoder();
 
   /// @param bytes  stay where they are until the message was read: its arrays are not copied before
@@ -123,19 +117,12 @@ class Decoder {
   std::unique_ptr<Buffers> buffers_;
 };
 
-void write(const FluidSetup& setup, v1::FluidSetup& wire);
-void write(const BodySetup& setup, v1::BodySetup& wire);
-
-/// @throws MalformedMessage for wrong lengths, unknown kinds, numbers that are not finite, or indices
-/// that do not exist
-void read(const v1::FluidSetup& wire, FluidSetup& setup);
-void read(const v1::BodySetup& wire, BodySetup& setup);
-
 /// The message alone, as bytes: for the ranks of a component, and for `--estimate`.
 std::string to_bytes(const FluidSetup& setup);
 std::string to_bytes(const BodySetup& setup);
 
-/// @throws MalformedMessage as `read`, and for bytes that are not such a message
+/// @throws MalformedMessage for bytes that are not such a message, wrong lengths, unknown kinds, numbers that are not
+/// finite, or indices that do not exist
 FluidSetup fluid_setup_from_bytes(std::string_view bytes);
 BodySetup body_setup_from_bytes(std::string_view bytes);
 

@@ -43,8 +43,6 @@ class Recorder {
   /// @param process  "coupler", "fluid" or "body"
   /// @throws StorageError if the file exists or cannot be made
   Recorder(const std::string& path, const std::string& process, int rank);
-  Recorder(const Recorder&) = delete;
-  Recorder& operator=(const Recorder&) = delete;
   /// Writes what is left.
   ~Recorder();
 

@@ -44,9 +44,7 @@ HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation
   const std::string who = "The " + std::string(name_of(hello.role)) + " component on " + hello.host;
   if (!same_token(hello.session_token, expectation.session_token)) {
     return {std::nullopt,
-            who +
-                " was refused (its session token is not that of this run). Start it with the --session of "
-                "this run.",
+            who + " was refused (its session token is not that of this run). Start it with the --session of this run.",
             true};
   }
   if (!is_entitled(expectation.identity, hello.role)) {

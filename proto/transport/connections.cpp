@@ -158,22 +158,15 @@ void Connections::watch() {
   for (int descriptor = -1; !is_over_;) {
     const ConnectionMonitor::Event event = monitor_.next(descriptor);
     const std::lock_guard lock(mutex_);
-    switch (event) {
-      case ConnectionMonitor::Event::stopped:
-        return;
-      case ConnectionMonitor::Event::opened:
-        opened(descriptor);
-        break;
-      case ConnectionMonitor::Event::closed:
-        closed(descriptor);
-        break;
-      case ConnectionMonitor::Event::broken_off:
-        keep("A connection was given up (its handshake was not completed: another program, or other keys).");
-        break;
-      default:
-        note_stalled();
-        break;
-    }
+    if (event == ConnectionMonitor::Event::stopped) return;
+    if (event == ConnectionMonitor::Event::opened)
+      opened(descriptor);
+    else if (event == ConnectionMonitor::Event::closed)
+      closed(descriptor);
+    else if (event == ConnectionMonitor::Event::broken_off)
+      keep("A connection was given up (its handshake was not completed: another program, or other keys).");
+    else
+      note_stalled();
   }
 }
 

@@ -25,8 +25,6 @@ class ConnectionMonitor {
   /// @param wait  of next(), at most
   ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name,
                     std::chrono::milliseconds wait = {});
-  ConnectionMonitor(const ConnectionMonitor&) = delete;
-  ConnectionMonitor& operator=(const ConnectionMonitor&) = delete;
   ~ConnectionMonitor();
 
   /// Ends it, and a wait of another thread in next(); by the thread that uses the watched socket, before that closes.
@@ -67,8 +65,6 @@ class Connections {
 
   /// @param context  of `watched`
   Connections(zmq::context_t& context, zmq::socket_t& watched);
-  Connections(const Connections&) = delete;
-  Connections& operator=(const Connections&) = delete;
   ~Connections();
 
   /// A message of this peer came over the connection with this file descriptor.

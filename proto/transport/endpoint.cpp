@@ -115,8 +115,8 @@ std::string with_numeric_host(const std::string& endpoint) {
 void require_keys_off_this_machine(const std::string& endpoint, bool has_keys) {
   if (has_keys || stays_on_this_machine(endpoint)) return;
   throw CaseError("The endpoint " + endpoint +
-                  " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod "
-                  "start the run: it makes them.");
+                  " needs keys (other machines could listen and take part). Give --keys, or let deploy/copepod start "
+                  "the run: it makes them.");
 }
 
 std::string ipc_path(const std::string& endpoint) {
@@ -127,8 +127,7 @@ void check_endpoint(const std::string& endpoint) {
   if (endpoint.starts_with(kIpc)) return check_ipc(endpoint);
   if (endpoint.starts_with(kTcp)) return check_tcp(endpoint);
   throw CaseError("The endpoint '" + endpoint +
-                  "' is not usable (neither ipc:// nor tcp://). Write ipc:///path or "
-                  "tcp://host:port.");
+                  "' is not usable (neither ipc:// nor tcp://). Write ipc:///path or tcp://host:port.");
 }
 
 LockFile::LockFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {

@@ -135,25 +135,12 @@ class ZeroMqDealer final : public Dealer {
   void read_monitor() {
     int descriptor = -1;
     for (;;) {
-      switch (monitor_.next(descriptor)) {
-        case ConnectionMonitor::Event::none:
-        case ConnectionMonitor::Event::stopped:
-          return;
-        case ConnectionMonitor::Event::turned_away:
-          turned_away_ = true;
-          break;
-        case ConnectionMonitor::Event::broken_off:
-          ++broken_handshakes_;
-          break;
-        case ConnectionMonitor::Event::opened:
-          connected_ = true;
-          break;
-        case ConnectionMonitor::Event::closed:
-          connected_ = false;
-          break;
-        case ConnectionMonitor::Event::other:
-          break;
-      }
+      using Event = ConnectionMonitor::Event;
+      const Event event = monitor_.next(descriptor);
+      if (event == Event::none || event == Event::stopped) return;
+      if (event == Event::turned_away) turned_away_ = true;
+      if (event == Event::broken_off) ++broken_handshakes_;
+      if (event == Event::opened || event == Event::closed) connected_ = event == Event::opened;
     }
   }
 

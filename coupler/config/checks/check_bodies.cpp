@@ -64,9 +64,10 @@ void check_resolution(const FluidCase& fluid, const BodySpecification& body, con
   } else if (!is_round(body.shape)) {
     const double thickness_cells = thickness_m(body.shape) / fluid.cell_size_m;
     if (thickness_cells < 2.0)
-      problems.warning(path, "body '" + body.name + "' is " + rounded_text(thickness_cells) +
-                                 " cells thick where it is thin (such parts are not resolved). Use smaller cells, or "
-                                 "thicker parts.");
+      problems.warning(
+          path,
+          "body '" + body.name + "' is " + rounded_text(thickness_cells) +
+              " cells thick where it is thin (such parts are not resolved). Use smaller cells, or thicker parts.");
   }
 }
 
@@ -139,8 +140,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   const auto require_body = [&](const std::string& name, const std::string& path) {
     if (name.empty() || seen.contains(name)) return;  // an empty one was reported when it was read
     if (problems.any_under("body.model")) return;     // its bodies are missing
-    problems.error(path,
-                   path + " names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
+    problems.reject(path, "names the body '" + name + "' (there is none). Known: " + known_names(assembly) + ".");
   };
   const auto require_bodies = [&](const auto& items, const std::string& section) {
     for (std::size_t i = 0; i < items.size(); ++i) {
@@ -155,8 +155,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
     const NamedGroup& group = the_case.groups[i];
     for (const std::string& name : group.bodies) require_body(name, path + ".bodies");
     if (measured.insert(group.name).second) continue;
-    problems.error(path + ".name",
-                   path + ".name is '" + group.name + "' (a swimmer or another group has this name). Rename it.");
+    problems.reject(path + ".name", "is '" + group.name + "' (a swimmer or another group has this name). Rename it.");
   }
   require_bodies(the_case.springs, "springs");
   require_bodies(the_case.bends, "bends");
@@ -173,8 +172,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
     const auto& three_beads = the_case.swimmers[i].three_beads;
     if (!three_beads || (three_beads->rest_gap_m[0] > 0.0 && three_beads->rest_gap_m[1] > 0.0)) continue;
     const std::string path = path_of_swimmer(the_case, i) + ".rest_gap_m";
-    problems.error(path,
-                   path + " is not positive (the beads would touch at rest). Give the free distance between surfaces.");
+    problems.reject(path, "is not positive (the beads would touch at rest). Give the free distance between surfaces.");
     return;
   }
   const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;

@@ -24,8 +24,8 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
   if (fluid.initial_flow.kind == InitialFlowKind::taylor_green &&
       (fluid.boundaries[0].kind != BoundaryKind::periodic || fluid.boundaries[2].kind != BoundaryKind::periodic)) {
     problems.reject(path,
-                    "is taylor_green, and x or y is not periodic (a vortex pair fills the domain along both, "
-                    "and no wall is in its way). Make x and y periodic.");
+                    "is taylor_green, and x or y is not periodic (a vortex pair fills the domain along both, and no "
+                    "wall is in its way). Make x and y periodic.");
   }
   if (fluid.initial_flow.kind != InitialFlowKind::shear) return;
   int moving = 0, between_walls = 0;
@@ -85,9 +85,9 @@ void check_time(const Case& the_case, Problems& problems) {
   }
   const FluidCase& fluid = the_case.fluid;
   if (fluid.relaxation_time && (fluid.cell_size_m == 0.0 || fluid.kinematic_viscosity_m2_per_s == 0.0)) {
-    problems.error("fluid.relaxation_time",
-                   "fluid.relaxation_time alone gives no step (it follows with the viscosity and the cell). "
-                   "Give fluid.kinematic_viscosity_m2_per_s and fluid.cell_size_m, or step_s instead.");
+    problems.reject("fluid.relaxation_time",
+                    "alone gives no step (it follows with the viscosity and the cell). Give "
+                    "fluid.kinematic_viscosity_m2_per_s and fluid.cell_size_m, or step_s instead.");
     return;
   }
   if (!fluid.relaxation_time && !on_lattice(the_case)) return;
@@ -96,18 +96,19 @@ void check_time(const Case& the_case, Problems& problems) {
   const std::string found =
       std::string("relaxation_time ") + rounded_text(the_case.fluid.relaxation_time.value_or(tau));
   if (!(tau > 0.5)) {
-    problems.error(time_key(the_case), found +
-                                           " (it must exceed 1/2: viscosity is proportional to the excess). "
-                                           "Use a value such as 0.6667.");
+    problems.error(
+        time_key(the_case),
+        found + " (it must exceed 1/2: viscosity is proportional to the excess). Use a value such as 0.6667.");
   } else if (!on_lattice(the_case)) {
     return;
   } else if (the_case.fluid.collision == CollisionKind::bgk && tau < 0.52) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
   } else if (tau > 2.0 && std::ranges::any_of(the_case.fluid.boundaries, is_wall)) {
-    problems.warning(time_key(the_case), found +
-                                             " (bounce-back walls shift noticeably above about 2, most with bgk). "
-                                             "Use a smaller step or a larger cell.");
+    problems.warning(
+        time_key(the_case),
+        found +
+            " (bounce-back walls shift noticeably above about 2, most with bgk). Use a smaller step or a larger cell.");
   }
 }
 
@@ -128,8 +129,8 @@ void check_domain(const Case& the_case, Problems& problems) {
   double cells = 1.0;
   for (const std::int64_t count : fluid.domain_cells) cells *= static_cast<double>(count);
   if (cells > static_cast<double>(most_cells)) {
-    problems.error("fluid.domain_cells", "fluid.domain_cells are " + rounded_text(cells) +
-                                             " cells in all (no machine holds them). Use fewer or larger cells.");
+    problems.reject("fluid.domain_cells",
+                    "are " + rounded_text(cells) + " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }
   check_initial_flow(fluid, problems);
@@ -140,11 +141,11 @@ void check_mixture(const Case& the_case, const Assembly& assembly, Problems& pro
   if (fluid.solver != FluidSolverChoice::lattice_boltzmann || assembly.bodies.empty()) return;
   const auto loose = std::ranges::find_if(assembly.bodies, moves_under_loads);
   if (!fluid.body_force_N_per_m3.isZero(0.0) && loose != assembly.bodies.end()) {
-    problems.warning("fluid.body_force_N_per_m3",
-                     "fluid.body_force_N_per_m3 acts on the fluid alone (body '" + loose->name + "' lacks " +
-                         rounded_text(fluid.body_force_N_per_m3.norm() * volume_m3(loose->shape)) +
-                         " N of what a pressure gradient would exert: a neutral sphere of 0.6 of a slit's width moves "
-                         "9 % slower). Use pressure_Pa at the faces, or give bodies a world_force.");
+    problems.warn("fluid.body_force_N_per_m3",
+                  "acts on the fluid alone (body '" + loose->name + "' lacks " +
+                      rounded_text(fluid.body_force_N_per_m3.norm() * volume_m3(loose->shape)) +
+                      " N of what a pressure gradient would exert: a neutral sphere of 0.6 of a slit's width moves 9 % "
+                      "slower). Use pressure_Pa at the faces, or give bodies a world_force.");
   }
   const Eigen::Vector3d force_N = net_force_N(the_case, assembly);
   const double mass_kg = fluid.density_kg_per_m3 * domain_length_m(fluid).prod();

@@ -104,10 +104,11 @@ void judge_pair_force(std::size_t index, const StiffnessBetween& stiffness_betwe
   judge_velocity(velocity_m_per_s, the_case, path, "the expected speed of " + pair, problems);
   const double reach_m = velocity_m_per_s / frequency_rad_per_s;
   const bool rest_length = assembly.drive_springs[index] >= 0;  // judged by its amplitude
-  if (!rest_length && reach_m > surface_distance_m(A, B, Eigen::Vector3d::Zero())) {
-    problems.warning(path, pair + " may move by " + length_text(reach_m) +
-                               ", more than the gap between them (they could collide). Use a smaller amplitude or a "
-                               "shorter period.");
+  if (!rest_length && reach_m > surface_distance_m(A, B)) {
+    problems.warning(
+        path,
+        pair + " may move by " + length_text(reach_m) +
+            ", more than the gap between them (they could collide). Use a smaller amplitude or a shorter period.");
   }
 }
 
@@ -117,7 +118,7 @@ void judge_rest_length(std::size_t index, const Assembly& assembly, Problems& pr
   if (std::min(spring.body_A, spring.body_B) < 0) return;  // reported by check_names
   const BodySpecification& A = assembly.bodies[spring.body_A];
   const BodySpecification& B = assembly.bodies[spring.body_B];
-  const double gap_m = surface_distance_m(A, B, Eigen::Vector3d::Zero());
+  const double gap_m = surface_distance_m(A, B);
   const double shortening_m = -range_of(assembly.drive[index].signal).first / spring.stiffness_N_per_m;
   if (!(shortening_m >= gap_m)) return;
   problems.warning(assembly.signal_paths[index] + ".amplitude_m",
@@ -199,9 +200,9 @@ void check_signals(const Case& the_case, const Assembly& assembly, Problems& pro
     const bool stroke = signal_path.ends_with(".stroke");  // judged by check_strokes
     if (!cycle_is_run || stroke || signal.period_steps <= the_case.steps) continue;
     cycle_is_run = false;  // one warning is enough
-    problems.warning("run.steps", "run.steps is " + std::to_string(the_case.steps) + ", the period of " + signal_path +
-                                      " " + std::to_string(signal.period_steps) +
-                                      " (no whole cycle is measured). Run longer, or use a shorter period.");
+    problems.warn("run.steps", "is " + std::to_string(the_case.steps) + ", the period of " + signal_path + " " +
+                                   std::to_string(signal.period_steps) +
+                                   " (no whole cycle is measured). Run longer, or use a shorter period.");
   }
 }
 
@@ -211,21 +212,20 @@ void check_strokes(const Case& the_case, Problems& problems) {
     const Stroke& stroke = the_case.swimmers[i].three_beads->stroke;
     const std::string path = path_of_swimmer(the_case, i) + ".stroke";
     if (stroke.phase_lag_steps >= stroke.period_steps) {
-      problems.error(path + ".phase_lag_steps",
-                     path + ".phase_lag_steps is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
-                         std::to_string(stroke.period_steps) +
-                         " (a lag of a whole period or more means something else). Use a lag within one period.");
+      problems.reject(path + ".phase_lag_steps",
+                      "is " + std::to_string(stroke.phase_lag_steps) + ", the period " +
+                          std::to_string(stroke.period_steps) +
+                          " (a lag of a whole period or more means something else). Use a lag within one period.");
     }
     if (stroke.cycles * stroke.period_steps > the_case.steps) {
-      problems.warning("run.steps", "run.steps is " + std::to_string(the_case.steps) + ", the stroke of '" +
-                                        the_case.swimmers[i].name + "' needs " +
-                                        std::to_string(stroke.cycles * stroke.period_steps) +
-                                        " (the analysis uses its last period). Run longer for a result table.");
+      problems.warn("run.steps", "is " + std::to_string(the_case.steps) + ", the stroke of '" +
+                                     the_case.swimmers[i].name + "' needs " +
+                                     std::to_string(stroke.cycles * stroke.period_steps) +
+                                     " (the analysis uses its last period). Run longer for a result table.");
     } else if (the_case.until_periodic && stroke.cycles * stroke.period_steps < the_case.steps) {
-      problems.warning(path + ".cycles",
-                       path + ".cycles is " + std::to_string(stroke.cycles) +
-                           " (the stroke ends before the run, which run.until_periodic can then no longer end). Give "
-                           "it as many cycles as the run.");
+      problems.warn(path + ".cycles", "is " + std::to_string(stroke.cycles) +
+                                          " (the stroke ends before the run, which run.until_periodic can then no "
+                                          "longer end). Give it as many cycles as the run.");
     }
   }
 }
@@ -250,14 +250,12 @@ void check_output(const Case& the_case, Problems& problems) {
     problems.reject(path, "stops at " + std::to_string(stop) + ", the run after " + std::to_string(the_case.steps) +
                               " steps (the mean would never be written). Run longer or stop earlier.");
   } else if (the_case.until_periodic) {
-    problems.warning(path,
-                     path + " stops at " + std::to_string(stop) +
-                         " (the run ends earlier if run.until_periodic is reached, and writes no mean then). Give "
-                         "only one of them.");
+    problems.warn(path, "stops at " + std::to_string(stop) +
+                            " (the run ends earlier if run.until_periodic is reached, and writes no mean then). Give "
+                            "only one of them.");
   } else if (output.fields.mean_every_steps > stop - start) {
-    problems.warning("output.fields.mean_every_steps",
-                     "output.fields.mean_every_steps takes one sample in the whole window "
-                     "(no mean). Use a smaller number.");
+    problems.warn("output.fields.mean_every_steps",
+                  "takes one sample in the whole window (no mean). Use a smaller number.");
   }
 }
 
@@ -266,14 +264,13 @@ void check_services(const Case& the_case, Problems& problems) {
   if (services.transport != in_process_transport) return;
   if (!services.fluid_command.empty() || !services.body_command.empty() ||
       the_case.fluid.solver == FluidSolverChoice::external || the_case.body.solver != BodySolverChoice::own) {
-    problems.error("services.transport",
-                   "services.transport is in_process (other components than our own must be processes). "
-                   "Write transport: ipc.");
+    problems.reject("services.transport",
+                    "is in_process (other components than our own must be processes). Write transport: ipc.");
   }
   if (the_case.output.wire) {
-    problems.error("output.wire",
-                   "output.wire is true (services.transport is in_process: there are no messages to record). "
-                   "Write transport: ipc, or wire: false.");
+    problems.reject("output.wire",
+                    "is true (services.transport is in_process: there are no messages to record). Write transport: "
+                    "ipc, or wire: false.");
   }
 }
 

@@ -16,10 +16,9 @@ namespace {
 void check_command(bool external, const std::vector<std::string>& command, const std::string& role,
                    Problems& problems) {
   if (!external || !command.empty() || problems.any_under(role + ".solver")) return;
-  problems.error(role + ".solver", role +
-                                       ".solver is external (no component to start is named). Write solver: "
-                                       "{command: …}, or give --" +
-                                       role + " CMD.");
+  problems.reject(
+      role + ".solver",
+      "is external (no component to start is named). Write solver: {command: …}, or give --" + role + " CMD.");
 }
 
 /// Height of the plane above the origin along its axis [m].
@@ -32,10 +31,9 @@ void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& pro
   const std::string plane = std::string("no_slip_plane ") + name_of(plane_names, fluid.no_slip_plane);
   const bool high = fluid.no_slip_plane % 2 == 1;
   if (high && plane_height_m(fluid) == 0.0) {
-    problems.error("fluid.no_slip_plane",
-                   plane +
-                       " has no position (the high faces are at the end of the domain). Give fluid.domain_cells and "
-                       "fluid.cell_size_m, or use a low face.");
+    problems.error("fluid.no_slip_plane", plane +
+                                              " has no position (the high faces are at the end of the domain). Give "
+                                              "fluid.domain_cells and fluid.cell_size_m, or use a low face.");
     return;
   }
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
@@ -84,39 +82,35 @@ void warn_of_near_surfaces(const Case& the_case, const Assembly& assembly, Probl
   if (nearest.gap_radii <= 0.0 || nearest.gap_radii >= (nearest.plane ? 1.0 : 0.3)) return;  // overlaps are errors
   const double percent =
       nearest.plane ? 22.0 * std::pow(0.5 / nearest.gap_radii, 1.5) : 29.0 * std::pow(0.5 / nearest.gap_radii, 1.25);
-  problems.warning(assembly.body_paths[nearest.body],
-                   fmt::format("body '{}' starts {:.2g} radii from {} (solver: stokes has no lubrication: the mobility "
-                               "towards it is about {:.0f} % too large there). Use larger gaps, or solver: "
-                               "lattice_boltzmann.",
-                               assembly.bodies[nearest.body].name, nearest.gap_radii, nearest.other, percent));
+  problems.warning(
+      assembly.body_paths[nearest.body],
+      fmt::format("body '{}' starts {:.2g} radii from {} (solver: stokes has no lubrication: the mobility towards it "
+                  "is about {:.0f} % too large there). Use larger gaps, or solver: lattice_boltzmann.",
+                  assembly.bodies[nearest.body].name, nearest.gap_radii, nearest.other, percent));
 }
 
 /// What drives or repeats a flow is not known to Stokes flow: fluid at rest but for the bodies, and one wall
 /// at most.
 void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
   if (!fluid.body_force_N_per_m3.isZero(0.0)) {
-    problems.warning("fluid.body_force_N_per_m3",
-                     "fluid.body_force_N_per_m3 drives a flow (solver: stokes computes only the flow due to the "
-                     "bodies). It is ignored.");
+    problems.warn("fluid.body_force_N_per_m3",
+                  "drives a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
   }
   if (fluid.initial_flow.kind != InitialFlowKind::rest) {
-    problems.warning("fluid.initial_flow",
-                     "fluid.initial_flow is a flow (solver: stokes computes only the flow due to the bodies). It is "
-                     "ignored.");
+    problems.warn("fluid.initial_flow",
+                  "is a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
   }
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
     if (kind != BoundaryKind::velocity && kind != BoundaryKind::pressure) continue;
-    problems.warning(face_path(face), face_path(face) +
-                                          " drives a flow (solver: stokes computes only the flow due to the "
-                                          "bodies). It is ignored.");
+    problems.warn(face_path(face),
+                  "drives a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) continue;
     const std::string path = std::string("fluid.boundaries.") + axis_names[axis];
-    problems.warning(path, path +
-                               " is periodic (solver: stokes computes no flow around images of the bodies). "
-                               "They are left out.");
+    problems.warn(path,
+                  "is periodic (solver: stokes computes no flow around images of the bodies). They are left out.");
   }
 }
 
@@ -125,8 +119,7 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   const std::string solver = std::string("solver: ") + name_of(solver_names, fluid.solver);
   if (wants_fields(the_case.output)) {
-    problems.warning("output.fields",
-                     "output.fields asks for fields (" + solver + " computes none). They are left out.");
+    problems.warn("output.fields", "asks for fields (" + solver + " computes none). They are left out.");
   }
   if (fluid.solver != FluidSolverChoice::stokes) return;
   warn_of_flows_left_out(fluid, problems);
@@ -162,8 +155,8 @@ void check_obstacles(const Case& the_case, Problems& problems) {
                                "Keep it in the lower half, or compute the whole domain.");
     else if (the_case.contact)
       problems.warning(path, found +
-                                 "pushes no body back (contact is between bodies and with walls). A body that "
-                                 "meets it ends the run; write a body with motion: fixed for what they touch.");
+                                 "pushes no body back (contact is between bodies and with walls). A body that meets it "
+                                 "ends the run; write a body with motion: fixed for what they touch.");
   }
 }
 

@@ -22,8 +22,8 @@ double length_of_joint(const auto& joint, const std::string& what, const std::st
   const BodySpecification& A = assembly.bodies[joint.body_A];
   const BodySpecification& B = assembly.bodies[joint.body_B];
   if (joint.body_A == joint.body_B) {
-    problems.error(path + ".bodies", path + ".bodies names '" + A.name + "' twice (" + what +
-                                         " needs two ends). Name two different bodies.");
+    problems.reject(path + ".bodies",
+                    "names '" + A.name + "' twice (" + what + " needs two ends). Name two different bodies.");
     return 0.0;
   }
   const double length_m =
@@ -68,9 +68,9 @@ void check_pairs(const Case& the_case, const Assembly& assembly, Problems& probl
     if (!actuator.rest_length || assembly.drive_springs[of_swimmers + i] >= 0) continue;
     if (actuator.bodies[0] == actuator.bodies[1]) continue;  // reported below
     const std::string path = "actuators." + std::to_string(i) + ".bodies";
-    problems.reject(path, "are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
-                              "' (no spring joins them whose rest length could vary). Add the spring, or use kind: "
-                              "pair_force.");
+    problems.reject(
+        path, "are '" + actuator.bodies[0] + "' and '" + actuator.bodies[1] +
+                  "' (no spring joins them whose rest length could vary). Add the spring, or use kind: pair_force.");
   }
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const ActuatorSpecification& actuator = assembly.drive[i].actuator;
@@ -90,9 +90,9 @@ void check_arms(const Case& the_case, Problems& problems) {
       const auto [A, B] = std::minmax(swimmer.arms[arm].bead_A, swimmer.arms[arm].bead_B);
       if (joined.emplace(A, B).second) continue;
       const std::string path = path_of_swimmer(the_case, i) + ".arms." + std::to_string(arm);
-      problems.warning(path, path + " joins '" + swimmer.beads[A].name + "' and '" + swimmer.beads[B].name +
-                                 "' like an arm before it (their springs act side by side). Name other beads, or "
-                                 "make it one arm.");
+      problems.warn(
+          path, "joins '" + swimmer.beads[A].name + "' and '" + swimmer.beads[B].name +
+                    "' like an arm before it (their springs act side by side). Name other beads, or make it one arm.");
     }
   }
 }
@@ -104,8 +104,8 @@ void check_prescribed(const Assembly& assembly, Problems& problems) {
       if (std::ranges::find(bodies, prescribed) == bodies.end()) continue;
       const std::string& name = assembly.bodies[prescribed].name;
       problems.reject(path, "acts on body '" + name +
-                                "' (its motion is a function of time: the coupler moves it, not the body "
-                                "component). Remove it, or prescribe constant velocities with motion: prescribed.");
+                                "' (its motion is a function of time: the coupler moves it, not the body component). "
+                                "Remove it, or prescribe constant velocities with motion: prescribed.");
       return;
     }
   };
@@ -147,16 +147,15 @@ Limiting limiting_of(std::size_t index, const Case& the_case, const Assembly& as
 bool check_jointed_bodies(const NamedJoint& named, const JointSpecification& joint, const std::string& path,
                           const Assembly& assembly, Problems& problems) {
   if (named.bodies[0] == named.bodies[1]) {
-    problems.reject(path, "names '" + named.bodies[0] +
-                              "' twice (a joint has two ends). Name two bodies, or "
-                              "a body and world.");
+    problems.reject(
+        path, "names '" + named.bodies[0] + "' twice (a joint has two ends). Name two bodies, or a body and world.");
     return false;
   }
   for (const int body : {joint.body_A, joint.body_B}) {
     if (body < 0 || assembly.bodies[body].motion != MotionKind::prescribed) continue;
-    problems.reject(path, "names '" + assembly.bodies[body].name +
-                              "' (its motion is prescribed, it cannot follow a joint). Use motion: free, fixed or "
-                              "axis.");
+    problems.reject(path,
+                    "names '" + assembly.bodies[body].name +
+                        "' (its motion is prescribed, it cannot follow a joint). Use motion: free, fixed or axis.");
     return false;
   }
   const auto can_move = [&](int body) { return body >= 0 && moves_under_loads(assembly.bodies[body]); };
@@ -190,8 +189,8 @@ void check_limits(const NamedJoint& joint, const std::string& path, Problems& pr
   if (hinge && !(joint.limits.cwiseAbs().maxCoeff() <= 3.0))
     problems.reject(at, "is wider than 3 (angles are those within half a turn). Use -3 to 3 at most.");
   if (joint.signal) {
-    problems.error(path + ".signal", path + ".signal moves a joint that has limits (it goes where the signal goes). " +
-                                         "Remove one of them.");
+    problems.reject(path + ".signal",
+                    "moves a joint that has limits (it goes where the signal goes). Remove one of them.");
   }
 }
 
@@ -274,15 +273,14 @@ void check_joints(const Case& the_case, const Assembly& assembly, Problems& prob
     const std::string path = "joints." + std::to_string(i);
     const NamedJoint& named = the_case.joints[i];
     if (!names.insert(named.name).second)
-      problems.error(path + ".name", path + ".name is '" + named.name + "' (another joint has this name). Rename it.");
+      problems.reject(path + ".name", "is '" + named.name + "' (another joint has this name). Rename it.");
     const JointSpecification& joint = assembly.joints[i];
     if (joint.kind == JointKind::model && the_case.body.model.text.empty()) {
-      problems.error(path + ".kind", path + ".kind is model (there is no body.model). Use another kind.");
+      problems.reject(path + ".kind", "is model (there is no body.model). Use another kind.");
     }
     if (named.signal && (named.stiffness > 0.0 || named.damping > 0.0)) {
-      problems.error(path + ".signal", path +
-                                           ".signal moves a joint that has a spring or damper (it would change "
-                                           "nothing). Remove one of them.");
+      problems.reject(path + ".signal",
+                      "moves a joint that has a spring or damper (it would change nothing). Remove one of them.");
     }
     if (joint.has_limits()) check_limits(named, path, problems);
     if (named.signal) check_signal(*named.signal, the_case.body.integrator, the_case.steps, path + ".signal", problems);

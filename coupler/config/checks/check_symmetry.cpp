@@ -29,21 +29,21 @@ double middle_m(const FluidCase& fluid, std::size_t axis) {
 void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (fluid.domain_cells[axis] % 2 != 0) {
-    problems.error("fluid.domain_cells", "fluid.domain_cells has " + std::to_string(fluid.domain_cells[axis]) +
-                                             " cells along " + axis_names[axis] + " (" + plane +
-                                             " must lie between two cells). Use an even number.");
+    problems.reject("fluid.domain_cells", "has " + std::to_string(fluid.domain_cells[axis]) + " cells along " +
+                                              axis_names[axis] + " (" + plane +
+                                              " must lie between two cells). Use an even number.");
   }
   if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic) {
-    problems.error(face_path(2 * axis),
-                   face_path(2 * axis) + " is periodic across " + plane +
-                       " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
+    problems.reject(face_path(2 * axis),
+                    "is periodic across " + plane +
+                        " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
     return;
   }
   for (std::size_t face = 0; face < 6; ++face) {
     if (mirrored(fluid, face, axis)) continue;
-    problems.error(face_path(face),
-                   face_path(face) + " is not its own mirror image about " + plane +
-                       " (the flow could not be symmetric). Remove the plane or make the faces alike.");
+    problems.reject(face_path(face),
+                    "is not its own mirror image about " + plane +
+                        " (the flow could not be symmetric). Remove the plane or make the faces alike.");
     return;
   }
 }
@@ -52,8 +52,8 @@ void check_symmetric_faces(const FluidCase& fluid, std::size_t axis, Problems& p
 void check_symmetric_vector(const Eigen::Vector3d& vector, std::size_t axis, const std::string& path,
                             Problems& problems) {
   if (vector[static_cast<Eigen::Index>(axis)] == 0.0) return;
-  problems.error(path, path + " has a component along " + axis_names[axis] + " (symmetry plane " + axis_names[axis] +
-                           " allows none). Set it to 0 or remove the plane.");
+  problems.reject(path, std::string("has a component along ") + axis_names[axis] + " (symmetry plane " +
+                            axis_names[axis] + " allows none). Set it to 0 or remove the plane.");
 }
 
 /// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of
@@ -79,15 +79,14 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
       problems.error(path, "body '" + body.name + "' is " +
                                length_text(std::abs(body.position_m[normal] - middle_m(fluid, axis))) + " off " +
                                plane +
-                               " and reaches beyond it (a body lies on the plane, or all of it in the "
-                               "lower half and its mirror image in the upper). Move it, or remove the plane.");
+                               " and reaches beyond it (a body lies on the plane, or all of it in the lower half and "
+                               "its mirror image in the upper). Move it, or remove the plane.");
     return;
   }
   if (body.shape.kind == ShapeKind::mesh || body.shape.kind == ShapeKind::compound) {
-    problems.error(path,
-                   "body '" + body.name + "' has shape " + word_of(body.shape) + " on " + plane +
-                       " (whether it is its own mirror image is not known). Put all of it into the lower half, or "
-                       "remove the plane.");
+    problems.error(path, "body '" + body.name + "' has shape " + word_of(body.shape) + " on " + plane +
+                             " (whether it is its own mirror image is not known). Put all of it into the lower half, "
+                             "or remove the plane.");
   }
   const Eigen::Matrix3d axes = rotation_matrix(body.orientation_wxyz);
   bool tilted = has_orientation(body.shape) && oblique(body_axis(body), axis);
@@ -100,8 +99,8 @@ void check_symmetric_body(const BodySpecification& body, const std::string& path
   }
   if (body.motion == MotionKind::axis && oblique(body.axis, axis)) {
     problems.error(path, "body '" + body.name + "' may move along an axis oblique to " + plane +
-                             " (forces within the plane would push it off). Turn the axis into or across the plane, "
-                             "or remove the plane.");
+                             " (forces within the plane would push it off). Turn the axis into or across the plane, or "
+                             "remove the plane.");
   }
   Eigen::Vector3d forbidden_spin = body.angular_velocity_rad_per_s;
   forbidden_spin[normal] = 0.0;
@@ -131,10 +130,10 @@ void check_symmetric_joint(const auto& joint, const std::string& what, const std
   const double off_A_m = std::abs(in_world(A, joint.anchor_A_m)[normal]);
   const double off_B_m = std::abs(in_world(B, joint.anchor_B_m)[normal]);
   if (std::max(off_A_m, off_B_m) <= plane_tolerance * fluid.cell_size_m) return;
-  problems.error(path, what + " is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
-                           length_text(std::max(off_A_m, off_B_m)) + " off symmetry plane " + axis_names[axis] +
-                           " (it would turn the body or pull it off the plane). Anchor it on the plane, or "
-                           "remove the plane.");
+  problems.error(
+      path, what + " is anchored to '" + (off_A_m >= off_B_m ? A : B).name + "' " +
+                length_text(std::max(off_A_m, off_B_m)) + " off symmetry plane " + axis_names[axis] +
+                " (it would turn the body or pull it off the plane). Anchor it on the plane, or remove the plane.");
 }
 
 /// The motion that a joint leaves must keep bodies on the plane.
@@ -146,9 +145,9 @@ void check_symmetric_axis(const JointSpecification& joint, const std::string& pa
   const double across = std::abs(in_world(A, joint.axis)[static_cast<Eigen::Index>(axis)]);
   const bool turns = joint.kind == JointKind::hinge;
   if ((turns ? 1.0 - across : across) <= plane_tolerance) return;
-  problems.error(path + ".axis", path + ".axis is " + (turns ? "not along " : "not across ") + axis_names[axis] +
-                                     " (symmetry plane " + axis_names[axis] +
-                                     " allows no other motion). Change the axis, or remove the plane.");
+  problems.reject(path + ".axis", std::string("is ") + (turns ? "not along " : "not across ") + axis_names[axis] +
+                                      " (symmetry plane " + axis_names[axis] +
+                                      " allows no other motion). Change the axis, or remove the plane.");
 }
 
 /// A bend between a body on the plane and two beside it on one side would have a mirror image of its own.
@@ -157,8 +156,8 @@ void check_symmetric_bend(const BendSpecification& bend, const std::string& path
   if (std::min({bend.body_A, bend.body_B, bend.body_C}) < 0) return;
   const auto on_plane = [&](int body) { return lies_on(assembly.bodies[static_cast<std::size_t>(body)], fluid, axis); };
   if (on_plane(bend.body_A) == on_plane(bend.body_B) && on_plane(bend.body_B) == on_plane(bend.body_C)) return;
-  problems.error(path, path + " is between bodies on and off symmetry plane " + axis_names[axis] +
-                           " (its mirror image is not computed). Remove the plane.");
+  problems.reject(path, std::string("is between bodies on and off symmetry plane ") + axis_names[axis] +
+                            " (its mirror image is not computed). Remove the plane.");
 }
 
 /// A force must lie in the plane, a torque across it.
@@ -184,19 +183,17 @@ void check_symmetric_actuator(const ActuatorSpecification& actuator, const std::
 void check_images_not_computed(const FluidCase& fluid, const Assembly& assembly, std::size_t axis, Problems& problems) {
   const std::string plane = std::string("symmetry plane ") + axis_names[axis];
   if (middle_m(fluid, axis) == 0.0) {
-    problems.error("fluid.symmetry_planes",
-                   plane +
-                       " has no position (it passes through the middle of the domain). Give fluid.domain_cells and "
-                       "fluid.cell_size_m, or remove the plane.");
+    problems.error("fluid.symmetry_planes", plane +
+                                                " has no position (it passes through the middle of the domain). Give "
+                                                "fluid.domain_cells and fluid.cell_size_m, or remove the plane.");
     return;
   }
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     if (lies_on(assembly.bodies[i], fluid, axis)) continue;
-    problems.error(assembly.body_paths[i],
-                   "body '" + assembly.bodies[i].name + "' lies beside " + plane +
-                       " (solver: " + name_of(solver_names, fluid.solver) +
-                       " computes no mirror images). Give its image as a body too and remove the plane, or use "
-                       "solver: lattice_boltzmann.");
+    problems.error(assembly.body_paths[i], "body '" + assembly.bodies[i].name + "' lies beside " + plane +
+                                               " (solver: " + name_of(solver_names, fluid.solver) +
+                                               " computes no mirror images). Give its image as a body too and remove "
+                                               "the plane, or use solver: lattice_boltzmann.");
   }
 }
 

@@ -185,11 +185,11 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
     const double given = has_model(the_case) ? 0.0 : the_case.virtual_mass.value_or(rule.virtual_mass);
     const bool averages = rule.averaging == LoadAveraging::two_step;
     if (drag > largest_drag_of_a_step || (tau * drag > latest_drag && ratio < least_turning_mass(tau * drag))) {
-      problems.warning(assembly.body_paths[i],
-                       found + fmt::format("at a relaxation time of {:.3g} the drag of one step takes {:.2g} of the "
-                                           "angular momentum of as much fluid: its rotation may diverge). Use a "
-                                           "smaller step.",
-                                           tau, drag));
+      problems.warning(
+          assembly.body_paths[i],
+          found + fmt::format("at a relaxation time of {:.3g} the drag of one step takes {:.2g} of the angular "
+                              "momentum of as much fluid: its rotation may diverge). Use a smaller step.",
+                              tau, drag));
     } else if (given < 0.6 * rule.virtual_mass) {
       problems.warning("coupling.virtual_mass",
                        found + fmt::format("the coupling may be unstable below {:.2g} with less than {:.2g} displaced "
@@ -206,8 +206,8 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
                              (tau < averaged_below && boundary == MovingBoundary::interpolated))) {
       problems.warning("fluid.moving_boundary",
                        found +
-                           "at some places between the cells it may oscillate from step to step). Use "
-                           "moving_boundary: parabolic or, with load_averaging: two_step, a relaxation time below " +
+                           "at some places between the cells it may oscillate from step to step). Use moving_boundary: "
+                           "parabolic or, with load_averaging: two_step, a relaxation time below " +
                            fmt::format("{}.", averaged_below));
     }
   }

@@ -46,16 +46,10 @@ struct End {
 double response(const BodySpecification& body, const End& e, const End& f) {
   const Eigen::Matrix3d R_WB = rotation_matrix(body.orientation_wxyz);
   const Eigen::Matrix3d inertia_kg_m2 = R_WB * inertia_tensor_kg_m2(body) * R_WB.transpose();
-  switch (body.motion) {
-    case MotionKind::fixed:
-    case MotionKind::prescribed:
-      return 0.0;
-    case MotionKind::axis:
-      return e.force_W.dot(body.axis) * f.force_W.dot(body.axis) / body.mass_kg +
-             e.torque_W.dot(body.axis) * f.torque_W.dot(body.axis) / body.axis.dot(inertia_kg_m2 * body.axis);
-    case MotionKind::free:
-      break;
-  }
+  if (!moves_under_loads(body)) return 0.0;
+  if (body.motion == MotionKind::axis)
+    return e.force_W.dot(body.axis) * f.force_W.dot(body.axis) / body.mass_kg +
+           e.torque_W.dot(body.axis) * f.torque_W.dot(body.axis) / body.axis.dot(inertia_kg_m2 * body.axis);
   return e.force_W.dot(f.force_W) / body.mass_kg + e.torque_W.dot(inertia_kg_m2.ldlt().solve(f.torque_W));
 }
 

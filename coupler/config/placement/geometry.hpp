@@ -69,12 +69,9 @@ inline double surface_distance_m(const BodySpecification& A, const BodySpecifica
   return std::max(nearest_m, 0.0);
 }
 
-/// The same without images, B shifted by `shift_m`.
-inline double surface_distance_m(const BodySpecification& A, const BodySpecification& B,
-                                 const Eigen::Vector3d& shift_m) {
-  BodySpecification shifted = B;
-  shifted.position_m += shift_m;
-  return surface_distance_m(A, shifted, std::array<double, 3>{}, (A.position_m - shifted.position_m).norm());
+/// The same without images.
+inline double surface_distance_m(const BodySpecification& A, const BodySpecification& B) {
+  return surface_distance_m(A, B, std::array<double, 3>{}, (A.position_m - B.position_m).norm());
 }
 
 /// All pairs of bodies whose surfaces may be less than `reach_m` apart, and some more; ascending.

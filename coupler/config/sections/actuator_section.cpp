@@ -40,9 +40,9 @@ std::int64_t read_period(Reader& signal, double step_s) {
     return 1;
   }
   if (std::abs(steps - std::round(steps)) > 1e-6 * steps) {
-    signal.problems().warning(signal.path_of("period_s"),
-                              signal.path_of("period_s") + " is " + rounded_text(steps) +
-                                  " steps (a period is a whole number of steps). It is rounded to the nearest.");
+    signal.problems().warn(
+        signal.path_of("period_s"),
+        "is " + rounded_text(steps) + " steps (a period is a whole number of steps). It is rounded to the nearest.");
   }
   return std::llround(steps);
 }
@@ -69,8 +69,7 @@ std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
     if (!table.empty() && !(time_steps > table.back().time_steps)) {
       signal.problems().error_at({rows->path.string(), rows->lines[row]}, signal.path_of("file"),
                                  "time " + rounded_text(rows->values[row][0]) +
-                                     " s does not follow that of the row before (times must increase). "
-                                     "Sort the rows.");
+                                     " s does not follow that of the row before (times must increase). Sort the rows.");
       return {};
     }
     table.push_back({time_steps, rows->values[row][1]});
@@ -167,10 +166,9 @@ void declare_rise(Keys& keys, Signal& signal) {
               "Of a trapezoid: time from 0 to the amplitude, in periods; 0.25 is a triangle wave.");
   keys.describe_also("rise_fraction", {{"maximum", 0.25}});
   if (reader != nullptr && (signal.rise > 0.25 || !is_trapezoid))
-    reader->reject(
-        "rise_fraction",
-        "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in periods). Use a value such "
-        "as 0.125.");
+    reader->reject("rise_fraction",
+                   "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in periods). Use a value "
+                   "such as 0.125.");
 }
 
 void declare_table(Keys& keys, Signal& signal, double step_s) {
@@ -184,10 +182,9 @@ void declare_table(Keys& keys, Signal& signal, double step_s) {
   }
   if (!keys.describes()) return;
   const ordered_json numbers = schema_of_list(schema_of_number(Range::any), 0);
-  keys.describe(
-      "file", {{"type", "string"}},
-      "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the case "
-      "file. The run keeps its content.");
+  keys.describe("file", {{"type", "string"}},
+                "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the "
+                "case file. The run keeps its content.");
   keys.describe("times_steps", numbers, "Of a table: its times in steps, instead of a file.");
   keys.describe("values", numbers, "Of a table: its values at times_steps.");
 }
@@ -217,10 +214,9 @@ constexpr Amplitude input{"amplitude", "Amplitude of a control, in the units of 
 }  // namespace
 
 void declare(Keys& keys, Signal& signal, double step_s, std::initializer_list<Amplitude> amplitudes) {
-  if (!keys.kind(
-          signal.kind, signal_names,
-          "constant; sinusoid: A sin(2π (t − lag)/T); square: A and −A for half a period each; trapezoid: from 0 "
-          "to A within rise_fraction, held, and so on; table: linear between the rows of a table."))
+  if (!keys.kind(signal.kind, signal_names,
+                 "constant; sinusoid: A sin(2π (t − lag)/T); square: A and −A for half a period each; trapezoid: from "
+                 "0 to A within rise_fraction, held, and so on; table: linear between the rows of a table."))
     return;
   const bool is_table = signal.kind == SignalKind::table;
   for (const Amplitude& amplitude : amplitudes) {
@@ -261,12 +257,11 @@ void declare(Keys& keys, Drive& drive, double step_s) {
 void declare(Keys& keys, NamedActuator& actuator, double step_s) {
   DriveWord word{actuator.kind, actuator.rest_length};
   if (keys.resolved() == nullptr) actuator.bodies.resize(1);
-  if (!keys.kind(
-          word, drive_words,
-          "pair_force: equal and opposite, along the current line between both bodies, positive ones push apart; "
-          "rest_length: the rest length of the spring between both bodies varies by the signal; body_force, "
-          "body_torque: direction fixed to the body; world_force, world_torque: direction fixed in the world; "
-          "control: the input of an actuator of body.model."))
+  if (!keys.kind(word, drive_words,
+                 "pair_force: equal and opposite, along the current line between both bodies, positive ones push "
+                 "apart; rest_length: the rest length of the spring between both bodies varies by the signal; "
+                 "body_force, body_torque: direction fixed to the body; world_force, world_torque: direction fixed in "
+                 "the world; control: the input of an actuator of body.model."))
     return;
   actuator.kind = word.kind;
   actuator.rest_length = word.rest_length;

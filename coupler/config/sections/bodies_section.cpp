@@ -222,19 +222,19 @@ namespace {
 
 /// motion: {prescribed: …}: velocities that vary in time.
 void declare_prescribed_motion(Keys& keys, SingleBody& body, double step_s) {
-  keys.section(
-      required("prescribed"),
-      "Velocities that vary in time; they replace those at the start. The coupler moves the body: nothing may be "
-      "attached to it, and it pushes no other body.",
-      [&](Keys& prescribed) {
-        prescribed.numbers("velocity_m_per_s", body.velocity_m_per_s, "Velocity for a signal of 1, world frame.");
-        prescribed.numbers("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s,
-                           "Angular velocity for a signal of 1, world frame.");
-        prescribed.section(required("signal"), "Factor of both velocities.", [&](Keys& signal) {
-          if (!body.signal) body.signal.emplace();
-          declare(signal, *body.signal, step_s, {factor_of_velocities});
-        });
-      });
+  keys.section(required("prescribed"),
+               "Velocities that vary in time; they replace those at the start. The coupler moves the body: nothing may "
+               "be attached to it, and it pushes no other body.",
+               [&](Keys& prescribed) {
+                 prescribed.numbers("velocity_m_per_s", body.velocity_m_per_s,
+                                    "Velocity for a signal of 1, world frame.");
+                 prescribed.numbers("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s,
+                                    "Angular velocity for a signal of 1, world frame.");
+                 prescribed.section(required("signal"), "Factor of both velocities.", [&](Keys& signal) {
+                   if (!body.signal) body.signal.emplace();
+                   declare(signal, *body.signal, step_s, {factor_of_velocities});
+                 });
+               });
 }
 
 /// Whether the motion is a section.
@@ -266,10 +266,9 @@ void declare(Keys& keys, SingleBody& body, double step_s) {
     keys.numbers("velocity_m_per_s", body.velocity_m_per_s, "Velocity of the centre of mass at the start.");
     keys.numbers("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s,
                  "Angular velocity at the start, world frame.");
-    keys.choice(
-        "motion", body.motion, motion_names,
-        "free; fixed: never moves; prescribed: keeps its velocities; axis: moves along and rotates about `axis` "
-        "only; {prescribed: …}: moves as a function of time.");
+    keys.choice("motion", body.motion, motion_names,
+                "free; fixed: never moves; prescribed: keeps its velocities; axis: moves along and rotates about "
+                "`axis` only; {prescribed: …}: moves as a function of time.");
   }
   if (keys.when(is_section))
     keys.either("motion", [&](Keys& motion) { declare_prescribed_motion(motion, body, step_s); });
@@ -308,8 +307,8 @@ const std::array<MotionKeys, 2> motion_keys{{
      {"Of a spring in a hinge.", "Of a damper in a hinge.",
       "Angle from the start at which the spring of a hinge is relaxed, of the first body relative to the second; "
       "within half a turn.",
-      "Lowest and highest angle of a hinge from the start, of the first body relative to the second; between -3 and "
-      "3. A stop takes the motion up. Default: no limits."}},
+      "Lowest and highest angle of a hinge from the start, of the first body relative to the second; between -3 and 3. "
+      "A stop takes the motion up. Default: no limits."}},
     {JointKind::slider,
      "stiffness_N_per_m",
      "damping_N_s_per_m",
@@ -336,10 +335,9 @@ void declare_motion(Keys& keys, const MotionKeys& names, NamedJoint& joint) {
 void declare(Keys& keys, NamedJoint& joint, double step_s) {
   keys.name(required("name"), joint.name, "Name of the joint.");
   joint.bodies.resize(2);
-  if (!keys.kind(
-          joint.kind, joint_names,
-          "ball: one point in common; hinge: and an axis; slider: moves along an axis without turning; fixed: no "
-          "relative motion; distance: a rod without mass; model: as body.model has it, in resolved cases."))
+  if (!keys.kind(joint.kind, joint_names,
+                 "ball: one point in common; hinge: and an axis; slider: moves along an axis without turning; fixed: "
+                 "no relative motion; distance: a rod without mass; model: as body.model has it, in resolved cases."))
     return;
   declare_names(keys, required("bodies"), joint.bodies, 2, "a joint has two). Write bodies: [a, b], or [a, world].",
                 "Names of the two bodies, or of a body and world.");
@@ -358,15 +356,14 @@ void declare(Keys& keys, NamedJoint& joint, double step_s) {
     if (keys.when(joint.kind == names.kind)) declare_motion(keys, names, joint);
   if (!keys.when(has_motion(joint.kind))) return;
   const bool turns = joint.kind == JointKind::hinge;
-  keys.section<Signal>(
-      "signal", joint.signal,
-      "How a hinge, slider or rod moves, the first body relative to the second: what it has turned [rad] "
-      "or moved [m] is the signal less its value at the start. Default: it moves freely.",
-      [&](Keys& below, Signal& signal) {
-        declare(below, signal, step_s,
-                {{"amplitude_rad", "Amplitude of the angle of a hinge [rad].", turns},
-                 {"amplitude_m", "Amplitude of the motion of a slider or rod [m].", !turns}});
-      });
+  keys.section<Signal>("signal", joint.signal,
+                       "How a hinge, slider or rod moves, the first body relative to the second: what it has turned "
+                       "[rad] or moved [m] is the signal less its value at the start. Default: it moves freely.",
+                       [&](Keys& below, Signal& signal) {
+                         declare(below, signal, step_s,
+                                 {{"amplitude_rad", "Amplitude of the angle of a hinge [rad].", turns},
+                                  {"amplitude_m", "Amplitude of the motion of a slider or rod [m].", !turns}});
+                       });
 }
 
 void declare(Keys& keys, NamedGroup& group) {

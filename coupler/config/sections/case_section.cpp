@@ -19,26 +19,23 @@ void declare(Keys& keys, BodyCase& body) {
   declare_solver(keys, "solver", body.solver, body_solver_names, body.command,
                  "own: the body service of Copepod; bullet: the Bullet library, which keeps bodies that touch apart; "
                  "mujoco: the MuJoCo library, with joints and contacts; {command: …}: your own component.");
-  keys.choice(
-      "integrator", body.integrator, integrator_names,
-      "runge_kutta_4: classical, driving forces sampled inside the step; semi_implicit_euler: the paper's. Applies "
-      "to solver: own; other solvers have their own integrators.");
+  keys.choice("integrator", body.integrator, integrator_names,
+              "runge_kutta_4: classical, driving forces sampled inside the step; semi_implicit_euler: the paper's. "
+              "Applies to solver: own; other solvers have their own integrators.");
   declare_model(keys, body);
 }
 
 void declare_coupling(Keys& keys, Case& the_case) {
   auto scheme = SchemeKind::serial_explicit;
   keys.choice("scheme", scheme, scheme_names, "serial_explicit: one after the other, once per step.");
-  keys.choice(
-      "load_averaging", the_case.load_averaging, averaging_names,
-      "two_step: bodies receive the mean of the loads of this step and the previous one, which keeps light bodies "
-      "stable; none: the loads of this step.");
-  keys.number_or(
-      "virtual_mass", the_case.virtual_mass, Range::not_negative, "auto", "none", "displaced masses",
-      "Mass by which light bodies are enlarged while the coupling returns its load one step later, so that they "
-      "move like the true ones and stay stable: a number of displaced masses for all bodies, none, or auto: as "
-      "much as each body needs, 0 for heavy ones. In Stokes flow auto makes steps possible in which a body loses all "
-      "of its momentum, and returns nothing (docs/theory.md, C19).");
+  keys.choice("load_averaging", the_case.load_averaging, averaging_names,
+              "two_step: bodies receive the mean of the loads of this step and the previous one, which keeps light "
+              "bodies stable; none: the loads of this step.");
+  keys.number_or("virtual_mass", the_case.virtual_mass, Range::not_negative, "auto", "none", "displaced masses",
+                 "Mass by which light bodies are enlarged while the coupling returns its load one step later, so that "
+                 "they move like the true ones and stay stable: a number of displaced masses for all bodies, none, or "
+                 "auto: as much as each body needs, 0 for heavy ones. In Stokes flow auto makes steps possible in "
+                 "which a body loses all of its momentum, and returns nothing (docs/theory.md, C19).");
 }
 
 void declare(Keys& keys, LubricationCase& lubrication) {
@@ -56,16 +53,16 @@ void declare(Keys& keys, ContactCase& contact) {
   keys.describe_also("restitution", {{"minimum", least_restitution}, {"maximum", 1}});
   if (Reader* reader = keys.reader();
       reader != nullptr && (contact.restitution < least_restitution || contact.restitution > 1.0))
-    reader->reject("restitution", "is " + rounded_text(contact.restitution) +
-                                      " (the velocity after an impact over that before). Use a number between 0.05 and "
-                                      "1.");
+    reader->reject("restitution",
+                   "is " + rounded_text(contact.restitution) +
+                       " (the velocity after an impact over that before). Use a number between 0.05 and 1.");
   keys.number("friction", contact.friction, Range::not_negative, "Coulomb coefficient between bodies.");
   keys.number("wall_friction", contact.wall_friction, Range::not_negative,
               "Coulomb coefficient between bodies and walls where the fluid sticks. Default: that of friction.");
-  keys.number_or("stiffness_N_per_m", contact.stiffness_N_per_m, Range::positive, "auto", "", "N/m",
-                 "Of the normal spring [N/m]. auto: overlaps stay below about 1 % of the smallest radius, judged by "
-                 "weights, drives, the speeds at the start and those of settling; at least the stiffest that needs no "
-                 "substeps.");
+  keys.number_or(
+      "stiffness_N_per_m", contact.stiffness_N_per_m, Range::positive, "auto", "", "N/m",
+      "Of the normal spring [N/m]. auto: overlaps stay below about 1 % of the smallest radius, judged by weights, "
+      "drives, the speeds at the start and those of settling; at least the stiffest that needs no substeps.");
 }
 
 double derived_step_s(const Case& the_case) {
@@ -102,20 +99,18 @@ void declare_set_aside(Keys& keys) {
 /// Everything solid, and what joins and drives it.
 void declare_bodies(Keys& keys, Case& the_case) {
   const double step_s = the_case.step_s;
-  keys.list<Swimmer>(
-      "swimmers", the_case.swimmers,
-      "Swimmers: beads, the arms between them and what drives the arms; also what the analysis works on. In "
-      "general any number of beads and arms; without arms, the three-bead shorthand (NAME.B2 trailing, "
-      "NAME.B1 middle, NAME.B3 leading in a row, one mass, one kind of spring, one stroke).",
-      [&](Keys& swimmer, Swimmer& item) { declare(swimmer, item, step_s, true); });
+  keys.list<Swimmer>("swimmers", the_case.swimmers,
+                     "Swimmers: beads, the arms between them and what drives the arms; also what the analysis works "
+                     "on. In general any number of beads and arms; without arms, the three-bead shorthand (NAME.B2 "
+                     "trailing, NAME.B1 middle, NAME.B3 leading in a row, one mass, one kind of spring, one stroke).",
+                     [&](Keys& swimmer, Swimmer& item) { declare(swimmer, item, step_s, true); });
   keys.list<SingleBody>("bodies", the_case.bodies, "Bodies that are not part of a swimmer.",
                         [&](Keys& body, SingleBody& item) { declare(body, item, step_s); });
   if (keys.written_if(!the_case.fluid.obstacles.empty()))
     keys.list<ObstacleSpecification>(
         "obstacles", the_case.fluid.obstacles,
         "With solver: lattice_boltzmann, solid parts of the domain that never move. They may reach beyond its faces "
-        "and "
-        "into each other; a body that meets one ends the run.",
+        "and into each other; a body that meets one ends the run.",
         [](Keys& obstacle, ObstacleSpecification& item) {
           obstacle.name(required("name"), item.name, "Name in messages.");
           declare(obstacle, item.shape);
@@ -137,8 +132,7 @@ void declare_bodies(Keys& keys, Case& the_case) {
                           [&](Keys& joint, NamedJoint& item) { declare(joint, item, step_s); });
   keys.list<NamedActuator>(
       "actuators", the_case.actuators,
-      "What drives bodies: forces along the line between two, forces and torques fixed to a body or in "
-      "the world.",
+      "What drives bodies: forces along the line between two, forces and torques fixed to a body or in the world.",
       [&](Keys& actuator, NamedActuator& item) { declare(actuator, item, step_s); });
   keys.numbers("gravity_m_per_s2", the_case.body.gravity_m_per_s2, "Gravity; weight less buoyancy acts on the bodies.");
 }
@@ -189,11 +183,10 @@ void declare(Keys& keys, Case& the_case) {
   keys.section("lubrication",
                "Thin films between surfaces: what their cells cannot resolve is taken from lubrication theory.",
                [&](Keys& lubrication) { declare(lubrication, the_case.lubrication); });
-  keys.section<ContactCase>(
-      "contact", the_case.contact,
-      "Bodies that meet each other or a wall of the domain rebound. Without this section a run in "
-      "which bodies meet ends with an error.",
-      [](Keys& below, ContactCase& contact) { declare(below, contact); });
+  keys.section<ContactCase>("contact", the_case.contact,
+                            "Bodies that meet each other or a wall of the domain rebound. Without this section a run "
+                            "in which bodies meet ends with an error.",
+                            [](Keys& below, ContactCase& contact) { declare(below, contact); });
   keys.section(required("run"), "Length of the run.", [&](Keys& run) { declare_run(run, the_case); });
   keys.section("output", "What is written to the run directory.",
                [&](Keys& output) { declare(output, the_case.output, the_case.steps); });
@@ -248,12 +241,12 @@ ordered_json case_schema() {
   Keys keys = Keys::describing(schema);
   Case any;
   declare(keys, any);
-  ordered_json result{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                      {"$id", "case.schema.json"},
-                      {"title", "Copepod case"},
-                      {"description",
-                       "One simulation: a fluid, the bodies in it, and their coupling. SI units; every key names its "
-                       "unit."}};
+  ordered_json result{
+      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
+      {"$id", "case.schema.json"},
+      {"title", "Copepod case"},
+      {"description",
+       "One simulation: a fluid, the bodies in it, and their coupling. SI units; every key names its unit."}};
   result.update(schema);
   return result;
 }

@@ -129,7 +129,7 @@ int number_of(const BodyNumbers& numbers, const std::string& name) {
   return found == numbers.end() ? -1 : found->second;
 }
 
-void add_case_springs(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
+void add_case_springs_and_bends(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
   for (std::size_t i = 0; i < the_case.springs.size(); ++i) {
     const NamedSpring& named = the_case.springs[i];
     SpringSpecification& spring = assembly.springs.emplace_back(named);
@@ -137,9 +137,6 @@ void add_case_springs(const Case& the_case, const BodyNumbers& numbers, Assembly
     spring.body_B = number_of(numbers, named.bodies[1]);
     assembly.spring_paths.push_back("springs." + std::to_string(i));
   }
-}
-
-void add_case_bends(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
   for (std::size_t i = 0; i < the_case.bends.size(); ++i) {
     const NamedBend& named = the_case.bends[i];
     BendSpecification& bend = assembly.bends.emplace_back(named);
@@ -248,8 +245,7 @@ Assembly assemble(const Case& the_case) {
   }
   const BodyNumbers numbers = numbers_of(assembly.bodies);
   add_case_groups(the_case, numbers, assembly);
-  add_case_springs(the_case, numbers, assembly);
-  add_case_bends(the_case, numbers, assembly);
+  add_case_springs_and_bends(the_case, numbers, assembly);
   add_case_joints(the_case, numbers, assembly);
   add_case_actuators(the_case, numbers, assembly);
   return assembly;

@@ -18,9 +18,9 @@ Boundary read_face(Reader& faces, const std::string& key) {
     keys.choice(key.c_str(), boundary.kind, boundary_names, "");
     if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
       const std::string name = name_of(boundary_names, boundary.kind);
-      faces.reject(key, "is '" + name +
-                            "' without a value (how much is open). Write {velocity_m_per_s: [x, y, z]} or "
-                            "{pressure_Pa: p}.");
+      faces.reject(
+          key, "is '" + name +
+                   "' without a value (how much is open). Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
     }
     return boundary;
   }
@@ -66,23 +66,15 @@ std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
 }
 
 FluidKind fluid_kind(FluidSolverChoice choice) {
-  switch (choice) {
-    case FluidSolverChoice::stokes:
-      return FluidKind::stokes;
-    case FluidSolverChoice::vacuum:
-      return FluidKind::vacuum;
-    case FluidSolverChoice::external:  // receives everything that the case specifies for a lattice
-    case FluidSolverChoice::lattice_boltzmann:
-      break;
-  }
-  return FluidKind::lattice_boltzmann;
+  if (choice == FluidSolverChoice::stokes) return FluidKind::stokes;
+  if (choice == FluidSolverChoice::vacuum) return FluidKind::vacuum;
+  return FluidKind::lattice_boltzmann;  // external: receives everything that the case specifies for a lattice
 }
 
 void declare(Keys& keys, InitialFlow& flow) {
-  keys.choice(
-      "kind", flow.kind, initial_flow_names,
-      "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: U "
-      "(cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic.");
+  keys.choice("kind", flow.kind, initial_flow_names,
+              "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: "
+              "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic.");
   if (keys.when(flow.kind == InitialFlowKind::uniform))
     keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
   if (keys.when(flow.kind == InitialFlowKind::taylor_green))
@@ -90,14 +82,9 @@ void declare(Keys& keys, InitialFlow& flow) {
 }
 
 ordered_json resolved_face(const Boundary& boundary) {
-  switch (boundary.kind) {
-    case BoundaryKind::velocity:
-      return {{"velocity_m_per_s", boundary.velocity_m_per_s}};
-    case BoundaryKind::pressure:
-      return {{"pressure_Pa", boundary.pressure_Pa}};
-    default:
-      return name_of(boundary_names, boundary.kind);
-  }
+  if (boundary.kind == BoundaryKind::velocity) return {{"velocity_m_per_s", boundary.velocity_m_per_s}};
+  if (boundary.kind == BoundaryKind::pressure) return {{"pressure_Pa", boundary.pressure_Pa}};
+  return name_of(boundary_names, boundary.kind);
 }
 
 ordered_json schema_of_face() {
@@ -139,21 +126,20 @@ void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
       if (planes[axis]) (*resolved)[name].push_back(axis_names[axis]);
   }
   if (!keys.describes()) return;
-  keys.describe(
-      name, schema_of_list({{"enum", axis_names}}, 0),
-      "Mirror planes through the middle of the domain, named after their normal. Only a half, quarter or eighth "
-      "is computed; all input and output is for the whole domain. A body is centred on the plane, or lies "
-      "entirely in the lower half, where it also represents its mirror image.");
+  keys.describe(name, schema_of_list({{"enum", axis_names}}, 0),
+                "Mirror planes through the middle of the domain, named after their normal. Only a half, quarter or "
+                "eighth is computed; all input and output is for the whole domain. A body is centred on the plane, or "
+                "lies entirely in the lower half, where it also represents its mirror image.");
   keys.describe_also(name, {{"uniqueItems", true}});
 }
 
 }  // namespace
 
 void declare(Keys& keys, FluidCase& fluid) {
-  declare_solver(keys, required("solver"), fluid.solver, solver_names, fluid.command,
-                 "lattice_boltzmann: D3Q19; stokes: quasi-steady flow around spheres by mobility; vacuum: no fluid; "
-                 "{command: …}: your own component. Changing this line swaps the solver: keys that it does not use are "
-                 "ignored.");
+  declare_solver(
+      keys, required("solver"), fluid.solver, solver_names, fluid.command,
+      "lattice_boltzmann: D3Q19; stokes: quasi-steady flow around spheres by mobility; vacuum: no fluid; {command: …}: "
+      "your own component. Changing this line swaps the solver: keys that it does not use are ignored.");
   fluid.kind = fluid_kind(fluid.solver);
   const Reader* reader = keys.reader();  // where the solver cannot be used, no key is missing for sure
   const bool known = reader != nullptr && !keys.reader()->problems().any_under(reader->path_of("solver"));
@@ -181,27 +167,24 @@ void declare(Keys& keys, FluidCase& fluid) {
   declare_symmetry_planes(keys, fluid.symmetry_planes);
   keys.numbers(
       "body_force_N_per_m3", fluid.body_force_N_per_m3,
-      "Constant force on the fluid alone: bodies do not feel the pressure gradient that it stands for, and a "
-      "neutral sphere of 0.6 of a slit's width moves 9 % slower than between two faces with pressure_Pa. Where "
-      "all faces are periodic, or mirrors, and no body is held, nothing takes it up: fluid and bodies accelerate "
-      "for ever.");
+      "Constant force on the fluid alone: bodies do not feel the pressure gradient that it stands for, and a neutral "
+      "sphere of 0.6 of a slit's width moves 9 % slower than between two faces with pressure_Pa. Where all faces are "
+      "periodic, or mirrors, and no body is held, nothing takes it up: fluid and bodies accelerate for ever.");
   keys.section("initial_flow", "Flow before step 0, with its pressure. Default: at rest.",
                [&](Keys& flow) { declare(flow, fluid.initial_flow); });
   keys.choice("collision", fluid.collision, collision_names,
               "trt: two relaxation times with Λ = 3/16, so that walls do not move with the relaxation time; bgk: one "
               "relaxation time (the paper's).");
-  keys.choice(
-      "moving_boundary", fluid.moving_boundary, moving_boundary_names,
-      "Where along a link a body's surface acts: bounce_back: half-way (the paper's; loads lack ρVω×v, so that the "
-      "lift on bodies that move and turn has the wrong sign, −0.7 of Rubinow and Keller's); interpolated: at the "
-      "surface, by linear interpolation (Bouzidi et al. 2001); central_linear: at the surface, by central linear "
-      "interpolation (Ginzburg et al. 2008), with trt at the same place for every relaxation time; parabolic: the "
-      "same, as a parabola through the surface, which is more accurate and quieter.");
+  keys.choice("moving_boundary", fluid.moving_boundary, moving_boundary_names,
+              "Where along a link a body's surface acts: bounce_back: half-way (the paper's; loads lack ρVω×v, so that "
+              "the lift on bodies that move and turn has the wrong sign, −0.7 of Rubinow and Keller's); interpolated: "
+              "at the surface, by linear interpolation (Bouzidi et al. 2001); central_linear: at the surface, by "
+              "central linear interpolation (Ginzburg et al. 2008), with trt at the same place for every relaxation "
+              "time; parabolic: the same, as a parabola through the surface, which is more accurate and quieter.");
   keys.choice(
       "refill", fluid.refill, refill_names,
       "Populations of uncovered cells: equilibrium: with the surface's velocity and the neighbours' density (the "
-      "paper's); nonequilibrium: and the mean non-equilibrium part of the neighbours; grad: and their mean "
-      "stress.");
+      "paper's); nonequilibrium: and the mean non-equilibrium part of the neighbours; grad: and their mean stress.");
   keys.choice("precision", fluid.precision, precision_names, "Storage and arithmetic of the populations.");
 }
 

@@ -107,11 +107,10 @@ void declare_model(Keys& keys, BodyCase& body) {
     return;
   }
   if (keys.describes())
-    keys.describe(
-        "model", {{"type", "string"}},
-        "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's own "
-        "joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF file, "
-        "relative to the case file, or a mapping. With solver: mujoco.");
+    keys.describe("model", {{"type", "string"}},
+                  "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's "
+                  "own joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF "
+                  "file, relative to the case file, or a mapping. With solver: mujoco.");
   keys.either("model", [&](Keys& model) {
     declare_source(model, body);
     model.number("length_m", body.model.length_m, Range::positive,

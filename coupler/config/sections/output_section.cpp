@@ -57,10 +57,9 @@ void declare_region(Keys& keys, std::vector<std::int64_t>& region) {
   for (const char* axis : axis_names)
     axes.describe(axis, {{"anyOf", {cell, schema_of_list(cell, 2)}}},
                   "[start, stop): cells along an axis, the first has index 0; or the index of one layer of cells.");
-  keys.describe(
-      key, ranges,
-      "Cells that are written, along each axis; without an axis: all cells along it. Example: {y: 50, z: [20, "
-      "80]} is a slice.");
+  keys.describe(key, ranges,
+                "Cells that are written, along each axis; without an axis: all cells along it. Example: {y: 50, z: "
+                "[20, 80]} is a slice.");
 }
 
 std::vector<FieldQuantity> read_quantities(Reader& fields) {
@@ -93,11 +92,10 @@ void declare_quantities(Keys& keys, std::vector<FieldQuantity>& quantities) {
   if (!keys.describes()) return;
   ordered_json names = ordered_json::array();
   for (const Choice<FieldQuantity>& quantity : quantity_names) names.push_back(quantity.name);
-  keys.describe(
-      key, schema_of_list({{"enum", names}}, 0),
-      "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest [Pa]; "
-      "vorticity: curl of the velocity [1/s], zero in bodies. The flow picture of the report needs velocity. "
-      "Default: [density, velocity].");
+  keys.describe(key, schema_of_list({{"enum", names}}, 0),
+                "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest "
+                "[Pa]; vorticity: curl of the velocity [1/s], zero in bodies. The flow picture of the report needs "
+                "velocity. Default: [density, velocity].");
   keys.describe_also(key, {{"uniqueItems", true}});
 }
 
@@ -179,10 +177,9 @@ void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
                        "Steps between samples; 0: only first and last step.");
     trajectory.integer("from_step", output.trajectory_from_step, Range::not_negative,
                        "No samples before this step, except the first.");
-    trajectory.choice(
-        "format", output.trajectory_format, trajectory_format_names,
-        "csv: text, a row per body and sample; hdf5: a dataset per quantity, readable while the run writes "
-        "it; auto: csv up to 100 bodies. A resumed run keeps the form that it has.");
+    trajectory.choice("format", output.trajectory_format, trajectory_format_names,
+                      "csv: text, a row per body and sample; hdf5: a dataset per quantity, readable while the run "
+                      "writes it; auto: csv up to 100 bodies. A resumed run keeps the form that it has.");
   });
   if (keys.reader() != nullptr)
     output.bodies_every_steps = usual_steps_between_frames(steps, output.trajectory_every_steps);
@@ -219,21 +216,18 @@ void declare(Keys& keys, ServicesCase& services) {
     declare_number_of(
         body, "threads", services.body_threads, most_threads,
         "at most " + std::to_string(most_threads) + "). Use at most the number of cores.",
-        "Threads in which our solver moves bodies that nothing joins; results do not depend on it. Worth it "
-        "from some thousand bodies on, with a core that the fluid's ranks leave free. Other components "
-        "ignore it.");
+        "Threads in which our solver moves bodies that nothing joins; results do not depend on it. Worth it from some "
+        "thousand bodies on, with a core that the fluid's ranks leave free. Other components ignore it.");
     body.describe_also("threads", {{"maximum", most_threads}});
   });
-  keys.words(
-      "hosts", services.hosts, 0,
-      "Hosts of the fluid's ranks: name (one rank) or name:ranks, instead of fluid.ranks. The first one runs the "
-      "command, the coupler and the bodies. See docs/hosts.md. Default: this machine alone.");
+  keys.words("hosts", services.hosts, 0,
+             "Hosts of the fluid's ranks: name (one rank) or name:ranks, instead of fluid.ranks. The first one runs "
+             "the command, the coupler and the bodies. See docs/hosts.md. Default: this machine alone.");
   keys.describe_also("hosts",
                      {{"items", {{"type", "string"}, {"pattern", "^[A-Za-z0-9][A-Za-z0-9_.-]*(:[0-9]{1,5})?$"}}}});
-  keys.text(
-      "transport", services.transport,
-      "ipc, tcp://host:port, or in_process: coupler, our own bodies and fluid in one process, the ranks of the fluid "
-      "as threads. Fastest for small cases.");
+  keys.text("transport", services.transport,
+            "ipc, tcp://host:port, or in_process: coupler, our own bodies and fluid in one process, the ranks of the "
+            "fluid as threads. Fastest for small cases.");
   keys.describe_also("transport", {{"pattern", "^(ipc|in_process|tcp://.+)$"}});
   if (Reader* reader = keys.reader()) {
     check_transport(*reader, services.transport);
@@ -245,12 +239,10 @@ void declare(Keys& keys, ServicesCase& services) {
               "Maximum wait of the coupler for both components at the start.");
   keys.number(
       "progress_deadline_s", services.progress_deadline_s, Range::positive,
-      "A component is considered hung if its step, phase and progress do not change for this long while work is "
-      "due.");
-  keys.number(
-      {"silence_s", Need::in_some_cases}, services.silence_s, Range::positive,
-      "A component is considered frozen, or its host lost, if it does not answer for this long (default: 3, over "
-      "tcp 30). A network may be cut for half of it.");
+      "A component is considered hung if its step, phase and progress do not change for this long while work is due.");
+  keys.number({"silence_s", Need::in_some_cases}, services.silence_s, Range::positive,
+              "A component is considered frozen, or its host lost, if it does not answer for this long (default: 3, "
+              "over tcp 30). A network may be cut for half of it.");
 }
 
 }  // namespace copepod::coupler

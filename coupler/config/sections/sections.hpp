@@ -126,8 +126,7 @@ void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choi
     if (inner != nullptr && command.empty() && !inner->problems().any_under(inner->path_of("command")))
       inner->reject(
           "command",
-          "is missing (a solver is a name, or the command of a component). Write {command: \"program argument "
-          "…\"}.");
+          "is missing (a solver is a name, or the command of a component). Write {command: \"program argument …\"}.");
   });
 }
 

@@ -112,9 +112,8 @@ void read_file_of_places(Reader& section, Swarm& swarm) {
     return;
   }
   if (!section.has("file")) {
-    section.reject("file",
-                   "is missing (placement: file takes the places from it). Name a CSV file with the columns "
-                   "x_m,y_m,z_m.");
+    section.reject(
+        "file", "is missing (placement: file takes the places from it). Name a CSV file with the columns x_m,y_m,z_m.");
     return;
   }
   swarm.rows = read_csv_rows(section, "file", {"x_m", "y_m", "z_m"}, {"axis_x", "axis_y", "axis_z"});
@@ -128,10 +127,9 @@ void declare_orientations(Keys& keys, Swarm& swarm) {
   keys.choice("orientations", swarm.orientations, orientations_names,
               "isotropic: every orientation is as likely; aligned: as the template, with spread_deg.");
   double spread_deg = 0.0;
-  keys.number(
-      "spread_deg", spread_deg, Range::not_negative,
-      "For orientations: aligned, half the angle of the cone about the template's axis in which axes are evenly "
-      "spread.");
+  keys.number("spread_deg", spread_deg, Range::not_negative,
+              "For orientations: aligned, half the angle of the cone about the template's axis in which axes are "
+              "evenly spread.");
   keys.describe_also("spread_deg", {{"maximum", 180}});
   // Rounded to single precision, so that every machine has the same number.
   swarm.least_cosine = static_cast<double>(static_cast<float>(std::cos(spread_deg * std::numbers::pi / 180.0)));
@@ -164,10 +162,9 @@ void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
                [&](Keys& region) { declare_limits(region, the_case.fluid, swarm); });
   if (reader != nullptr) read_file_of_places(*reader, swarm);
   if (keys.describes())
-    keys.describe(
-        "file", {{"type", "string"}},
-        "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if given, "
-        "axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+    keys.describe("file", {{"type", "string"}},
+                  "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
+                  "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
   declare_orientations(keys, swarm);
   keys.choice("phases", swarm.phases, phases_names,
               "Phases of the drives: that of the template (equal), or evenly spread over a period (random).");
@@ -180,9 +177,9 @@ void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
                "Of all that is random; the same seed gives the same swarm on every machine.");
   const auto& planes = the_case.fluid.symmetry_planes;
   if (reader != nullptr && std::ranges::find(planes, true) != planes.end())
-    reader->reject("template",
-                   "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). Remove the "
-                   "planes.");
+    reader->reject(
+        "template",
+        "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). Remove the planes.");
 }
 
 std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
@@ -247,10 +244,10 @@ void settle_count(Reader& section, Swarm& swarm) {
   const double taken_m3 = 4.0 / 3.0 * std::numbers::pi * radius_m * radius_m * radius_m;
   const double room_m3 = (swarm.high_m - swarm.low_m + Eigen::Vector3d::Constant(swarm.gap_m)).prod();
   if (swarm.placement == PlacementKind::file || static_cast<double>(swarm.count) * taken_m3 < room_m3) return;
-  section.reject(section.has("count") ? "count" : "volume_fraction",
-                 "gives " + std::to_string(swarm.count) +
-                     " swimmers (not even their largest beads have room in the "
-                     "region). Use fewer, or a larger region.");
+  section.reject(
+      section.has("count") ? "count" : "volume_fraction",
+      "gives " + std::to_string(swarm.count) +
+          " swimmers (not even their largest beads have room in the region). Use fewer, or a larger region.");
 }
 
 /// What is drawn for the swimmers, one after the other.
@@ -382,18 +379,8 @@ void place(Reader& section, Swarm& swarm, Case& the_case) {
   if (section.problems().any()) return;
   const Placement placement(beads_of(swarm.swimmer), room_of(swarm, the_case));
   Draws draws(swarm);
-  std::vector<Place> places;
-  switch (swarm.placement) {
-    case PlacementKind::random:
-      places = place_at_random(section, swarm, placement, draws);
-      break;
-    case PlacementKind::lattice:
-      places = place_on_lattice(section, swarm, placement, draws);
-      break;
-    case PlacementKind::file:
-      places = place_as_in_file(section, swarm, placement, draws);
-      break;
-  }
+  constexpr std::array ways{place_at_random, place_on_lattice, place_as_in_file};
+  const std::vector<Place> places = ways[static_cast<std::size_t>(swarm.placement)](section, swarm, placement, draws);
   if (section.problems().any()) return;
   RandomNumbers phases(
       ~static_cast<std::uint64_t>(swarm.seed));  // not those of the places, of which trials take more or fewer
@@ -413,14 +400,13 @@ void declare_swarm(Keys& keys, Case& the_case) {
   Reader* reader = keys.reader();
   if (!keys.when(reader != nullptr && reader->has("swarm"))) return;
   Swarm swarm;
-  keys.section(
-      "swarm",
-      "Copies of a swimmer: beside the entries of swimmers and around all other bodies. The resolved case lists "
-      "them as swimmers, TEMPLATE_1 to TEMPLATE_N.",
-      [&](Keys& section) {
-        declare(section, swarm, the_case);
-        if (section.reader() != nullptr) place(*section.reader(), swarm, the_case);
-      });
+  keys.section("swarm",
+               "Copies of a swimmer: beside the entries of swimmers and around all other bodies. The resolved case "
+               "lists them as swimmers, TEMPLATE_1 to TEMPLATE_N.",
+               [&](Keys& section) {
+                 declare(section, swarm, the_case);
+                 if (section.reader() != nullptr) place(*section.reader(), swarm, the_case);
+               });
 }
 
 }  // namespace copepod::coupler

@@ -76,9 +76,8 @@ SweptKey read_parameter(Reader& parameters, const Value::Entry& entry) {
   if (entry.value.kind == Value::Kind::mapping) {
     read_range(parameters.invented(entry.key), parameter, entry.key_origin);
   } else if (entry.value.kind != Value::Kind::sequence) {
-    parameters.reject(entry.key,
-                      "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: "
-                      "3}.");
+    parameters.reject(
+        entry.key, "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: 3}.");
   } else if (entry.value.items.empty()) {
     parameters.reject(entry.key, "has no values (there is nothing to run). List them: [1.0e-6, 2.0e-6].");
   } else {

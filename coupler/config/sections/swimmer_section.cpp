@@ -18,10 +18,9 @@ void declare_frame(Keys& keys, Eigen::Vector4d& orientation_wxyz) {
   Reader* reader = keys.reader();
   if (keys.when(reader != nullptr && reader->has("axis"))) {
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-    declare_direction(
-        keys, "axis", axis,
-        "World direction of the swimmer's own z axis, reached by the shortest rotation; it is normalised. "
-        "The shorthand and chains lie along it.");
+    declare_direction(keys, "axis", axis,
+                      "World direction of the swimmer's own z axis, reached by the shortest rotation; it is "
+                      "normalised. The shorthand and chains lie along it.");
     orientation_wxyz = rotation_from_z(axis);
     if (reader != nullptr && reader->has("orientation_wxyz"))
       reader->reject("orientation_wxyz", "is given together with axis (both turn the swimmer). Remove one.");
@@ -222,9 +221,9 @@ void declare_spring(Keys& keys, Arm& arm, double mass_kg) {
   keys.number(required("stiffness_N_per_m"), arm.stiffness_N_per_m, Range::positive, "Stiffness k.");
   keys.number("damping_N_s_per_m", arm.damping_N_s_per_m, Range::not_negative, "Damping γ.");
   if (keys.describes())
-    keys.describe("damping_ratio", schema_of_number(Range::not_negative),
-                  "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced "
-                  "mass.");
+    keys.describe(
+        "damping_ratio", schema_of_number(Range::not_negative),
+        "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced mass.");
   Reader* reader = keys.reader();
   if (reader == nullptr || !reader->has("damping_ratio")) return;
   const double ratio = reader->number("damping_ratio", Range::not_negative, 0.0);
@@ -252,11 +251,10 @@ void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center) {
   keys.describe_also(
       {{"anyOf", {{{"required", {"arms"}}}, {{"required", {"bead_mass_kg", "rest_gap_m", "spring", "stroke"}}}}}});
   if (keys.written_if(!swimmer.published.empty()))
-    keys.section(
-        "published",
-        "Published figures of a three-bead swimmer, shown beside the computed ones, which are evaluated in the way "
-        "of the paper too (as_in_paper). They change no motion.",
-        [&](Keys& published) { declare(published, swimmer.published); });
+    keys.section("published",
+                 "Published figures of a three-bead swimmer, shown beside the computed ones, which are evaluated in "
+                 "the way of the paper too (as_in_paper). They change no motion.",
+                 [&](Keys& published) { declare(published, swimmer.published); });
 }
 
 }  // namespace copepod::coupler

@@ -65,10 +65,10 @@ void declare_row(Keys& keys, Swimmer& swimmer) {
   if (beads == bead_names.size())
     keys.list(required("beads"), swimmer.beads, beads_description, declare_bead_of_row);
   else
-    reader->reject("beads",
-                   "has " + std::to_string(beads) +
-                       " entries (a swimmer without arms has three). List trailing, middle and leading bead, or "
-                       "give arms.");
+    reader->reject(
+        "beads",
+        "has " + std::to_string(beads) +
+            " entries (a swimmer without arms has three). List trailing, middle and leading bead, or give arms.");
   swimmer.beads.resize(bead_names.size());
   keys.number(keys.needed("bead_mass_kg"), swimmer.beads[0].mass_kg, Range::positive, "Shorthand: mass of each bead.");
   if (reader == nullptr) return;
@@ -101,16 +101,14 @@ void declare_three_beads(Keys& keys, Swimmer& swimmer) {
   if (!swimmer.three_beads) swimmer.three_beads.emplace();
   keys.numbers(
       keys.needed("rest_gap_m"), swimmer.three_beads->rest_gap_m,
-      "Shorthand: distances between the beads at rest, surface to surface: trailing to middle, middle to leading "
-      "[m].");
+      "Shorthand: distances between the beads at rest, surface to surface: trailing to middle, middle to leading [m].");
   Arm arm = swimmer.arms.empty() ? Arm{} : swimmer.arms[0];
   keys.section(keys.needed("spring"), "Shorthand: both springs; they start at rest.",
                [&](Keys& spring) { declare_spring(spring, arm, swimmer.beads[0].mass_kg); });
-  keys.section(
-      keys.needed("stroke"),
-      "Shorthand: driving: −a sin(2πt/T) on the trailing bead, a sin(2π(t−φ)/T) on the leading one from t = φ, the "
-      "negative sum on the middle one; each for `cycles` periods.",
-      [&](Keys& stroke) { declare(stroke, swimmer.three_beads->stroke); });
+  keys.section(keys.needed("stroke"),
+               "Shorthand: driving: −a sin(2πt/T) on the trailing bead, a sin(2π(t−φ)/T) on the leading one from t = "
+               "φ, the negative sum on the middle one; each for `cycles` periods.",
+               [&](Keys& stroke) { declare(stroke, swimmer.three_beads->stroke); });
   if (keys.reader() != nullptr) place_in_a_row(swimmer, arm);
 }
 

@@ -95,8 +95,7 @@ class CsvReading {
   bool take_line(std::string_view line) {
     if (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF") || line.find('\0') != std::string_view::npos)
       return report(
-          "this is not a table of plain text (the file was saved as UTF-16, or is not text). Save it as CSV "
-          "in UTF-8.");
+          "this is not a table of plain text (the file was saved as UTF-16, or is not text). Save it as CSV in UTF-8.");
     line = trimmed(line);
     if (line.empty() || line.front() == '#') return true;
     if (places_.empty()) separator_ = separator_in(line);

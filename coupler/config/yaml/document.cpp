@@ -132,8 +132,8 @@ Document Document::load(const std::string& file, const std::vector<std::string>&
   std::ostringstream text;
   if (!stream || !(text << stream.rdbuf())) {
     throw CaseInvalid(Origin{file, 0},
-                      "the case file cannot be read (missing, empty, a folder, or no permission). "
-                      "Give the path of a YAML case file.");
+                      "the case file cannot be read (missing, empty, a folder, or no permission). Give the path of a "
+                      "YAML case file.");
   }
   return parse(text.str(), file, overrides);
 }
@@ -143,8 +143,7 @@ Document Document::parse(const std::string& text, const std::string& source,
   Value written = parse_yaml(text, source, LineNumbers::kept);
   if (written.kind != Value::Kind::mapping) {
     throw CaseInvalid(Origin{source, 1},
-                      "the case is not a mapping (it must consist of `key: value` lines). "
-                      "Start it with `case: name`.");
+                      "the case is not a mapping (it must consist of `key: value` lines). Start it with `case: name`.");
   }
   std::vector<Value::Entry> assignments;
   assignments.reserve(overrides.size());

@@ -127,6 +127,7 @@ class Problems {
   void error_at(const Origin& origin, const std::string& path, const std::string& message);
   /// The first of several that differ in names and numbers only stands for all of them.
   void warning(const std::string& path, const std::string& message);
+  void warn(const std::string& path, const std::string& problem) { warning(path, path + " " + problem); }
 
   /// Whether an error was found at or below `path`; checks that build on a section look here first.
   [[nodiscard]] bool any_under(const std::string& path) const;

@@ -1,6 +1,7 @@
 #include "config/yaml/reader.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "contract/words.hpp"
@@ -9,17 +10,8 @@ namespace copepod::coupler {
 namespace {
 
 const char* kind_name(const Value& value) {
-  switch (value.kind) {
-    case Value::Kind::null:
-      return "nothing";
-    case Value::Kind::scalar:
-      return "a single value";
-    case Value::Kind::sequence:
-      return "a list";
-    case Value::Kind::mapping:
-      break;
-  }
-  return "a section";
+  constexpr std::array names{"nothing", "a single value", "a list", "a section"};
+  return names[static_cast<std::size_t>(value.kind)];
 }
 
 std::string quoted(const Value& value) {

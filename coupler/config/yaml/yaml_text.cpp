@@ -27,14 +27,14 @@ class Conversion {
 
   Value convert(const YAML::Node& node) {
     if (++values_ > most_values) {
-      throw CaseInvalid(origin(node.Mark()),
-                        "the case has more than 2000000 values (aliases multiply them). "
-                        "Write fewer bodies or no nested aliases.");
+      throw CaseInvalid(
+          origin(node.Mark()),
+          "the case has more than 2000000 values (aliases multiply them). Write fewer bodies or no nested aliases.");
     }
     if (level_ == most_levels) {
       throw CaseInvalid(origin(node.Mark()),
-                        "the case is nested more than 64 levels deep (an alias inside its own anchor has no "
-                        "end). Take the alias out.");
+                        "the case is nested more than 64 levels deep (an alias inside its own anchor has no end). Take "
+                        "the alias out.");
     }
     ++level_;
     Value value;
@@ -68,9 +68,9 @@ class Conversion {
   /// Names travel in messages and JSON, which take nothing else.
   const std::string& text(const YAML::Node& node) {
     if (conversion::as_utf8(node.Scalar(), node.Scalar().size()) == node.Scalar()) return node.Scalar();
-    throw CaseInvalid(origin(node.Mark()),
-                      "a word here is not UTF-8 text (the file was saved in another encoding, or is not text). "
-                      "Save it as UTF-8.");
+    throw CaseInvalid(
+        origin(node.Mark()),
+        "a word here is not UTF-8 text (the file was saved in another encoding, or is not text). Save it as UTF-8.");
   }
 
   void convert_entries(const YAML::Node& node, Value& value) {
@@ -82,9 +82,8 @@ class Conversion {
       }
       const std::string& key = text(pair.first);
       if (!seen.insert(key).second) {
-        throw CaseInvalid(key_origin, "key '" + key +
-                                          "' appears twice in one section (only one can count). "
-                                          "Remove one of them.");
+        throw CaseInvalid(key_origin,
+                          "key '" + key + "' appears twice in one section (only one can count). Remove one of them.");
       }
       if (key != merge_key) value.entries.push_back({key, key_origin, convert(pair.second)});
     }
@@ -99,8 +98,8 @@ class Conversion {
     }
     if (merged.kind != Value::Kind::mapping) {
       throw CaseInvalid(merged.origin,
-                        "`<<` does not merge a mapping (it adds the keys of another section). Write "
-                        "`<<: *anchor`, or `<<: [*one, *two]`.");
+                        "`<<` does not merge a mapping (it adds the keys of another section). Write `<<: *anchor`, or "
+                        "`<<: [*one, *two]`.");
     }
     for (Value::Entry& entry : merged.entries)
       if (value.find(entry.key) == nullptr) value.entries.push_back(std::move(entry));

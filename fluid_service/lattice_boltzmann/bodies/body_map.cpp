@@ -305,14 +305,13 @@ void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) c
   for (int axis = 0; axis < 3; ++axis) {
     for (const bool high : {false, true}) {
       if (beyond(body, axis, high) <= domain_.wall_overlap_lu()) continue;
-      throw SolverError(
-          "body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") + " face normal to " +
-          "xyz"[axis] + " (its centre is at " + std::to_string(body.position[axis]) +
-          " cells; its loads would be those of a part of it). " +
-          (domain_.wall_overlap_lu() > 0.0
-               ? "Make the contact stiffer (contact.stiffness_N_per_m), or push it more softly."
-               : "Let bodies rebound (contact: {} in the case), enlarge the domain, or keep it away with a "
-                 "softer push or a spring."));
+      throw SolverError("body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") +
+                        " face normal to " + "xyz"[axis] + " (its centre is at " + std::to_string(body.position[axis]) +
+                        " cells; its loads would be those of a part of it). " +
+                        (domain_.wall_overlap_lu() > 0.0
+                             ? "Make the contact stiffer (contact.stiffness_N_per_m), or push it more softly."
+                             : "Let bodies rebound (contact: {} in the case), enlarge the domain, or keep it away with "
+                               "a softer push or a spring."));
     }
   }
 }

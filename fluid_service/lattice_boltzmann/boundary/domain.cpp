@@ -9,22 +9,12 @@ namespace {
 
 Face make_face(const Boundary& boundary, const LatticeUnits& units) {
   Face face;
-  switch (boundary.kind) {
-    case BoundaryKind::periodic:
-      face.kind = FaceKind::periodic;
-      break;
-    case BoundaryKind::free_slip:
-      face.kind = FaceKind::mirror;
-      break;
-    case BoundaryKind::pressure:
-      face.kind = FaceKind::pressure;
-      face.excess_density_lu = units.excess_density_lu(boundary.pressure_Pa);
-      break;
-    case BoundaryKind::velocity:
-      face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
-      break;
-    case BoundaryKind::no_slip:
-      break;
+  if (boundary.kind == BoundaryKind::periodic) face.kind = FaceKind::periodic;
+  if (boundary.kind == BoundaryKind::free_slip) face.kind = FaceKind::mirror;
+  if (boundary.kind == BoundaryKind::velocity) face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
+  if (boundary.kind == BoundaryKind::pressure) {
+    face.kind = FaceKind::pressure;
+    face.excess_density_lu = units.excess_density_lu(boundary.pressure_Pa);
   }
   return face;
 }

@@ -25,19 +25,14 @@ constexpr std::int64_t link_bytes = 1 << 9;        ///< likewise, a link to one
 
 const std::string mean_group = "mean";
 
-const char* const density_array = "density_kg_per_m3";
-const char* const velocity_array = "velocity_m_per_s";
-const char* const pressure_array = "pressure_Pa";
-const char* const vorticity_array = "vorticity_per_s";
-const char* const body_array = "body";
-
 /// Attributes of a group that place its cells in the domain; groups of older versions hold all cells and lack them.
 constexpr std::array region_attributes = {"first_cell_x", "first_cell_y", "first_cell_z",
                                           "cells_x",      "cells_y",      "cells_z"};
 
-bool asks_for(const FieldOutput& output, FieldQuantity quantity) {
+bool asks_for(const FieldOutput& output, const std::optional<FieldQuantity>& quantity) {
+  if (!quantity) return true;
   if (output.quantities.empty()) return quantity == FieldQuantity::density || quantity == FieldQuantity::velocity;
-  return std::ranges::find(output.quantities, quantity) != output.quantities.end();
+  return std::ranges::find(output.quantities, *quantity) != output.quantities.end();
 }
 
 Box region_of(const FieldOutput& output, const Cell& domain_cells) {
@@ -77,8 +72,8 @@ void warn_of_other_steps(std::int64_t found, std::int64_t due, std::int64_t step
     spdlog::warn("The {} samples of the checkpoint's mean field are left out (the case asks for other steps).", found);
   if (due > 0)
     spdlog::warn(
-        "The mean field will lack {} samples (they are of steps up to {}, from where the run is resumed). "
-        "Resume with the mean_over_steps and mean_every_steps of the run before, or start anew.",
+        "The mean field will lack {} samples (they are of steps up to {}, from where the run is resumed). Resume with "
+        "the mean_over_steps and mean_every_steps of the run before, or start anew.",
         due, step);
 }
 
@@ -94,24 +89,19 @@ FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Com
       cell_size_m_(setup.cell_size_m),
       images_(setup.domain_cells, setup.symmetry_planes),
       communicator_(communicator) {
-  if (asks_for(output, FieldQuantity::density)) datasets_.push_back({density_array, Reflection::scalar});
-  if (asks_for(output, FieldQuantity::pressure)) datasets_.push_back({pressure_array, Reflection::scalar});
-  if (asks_for(output, FieldQuantity::velocity)) datasets_.push_back({velocity_array, Reflection::vector});
-  if (asks_for(output, FieldQuantity::vorticity)) {
-    datasets_.push_back({vorticity_array, Reflection::axial_vector});
-    vorticity_.emplace(setup, communicator);
-  }
-  datasets_.push_back({body_array, Reflection::scalar});
-  offsets_.resize(datasets_.size());
+  for (const FieldArray& array : field_arrays)
+    if (asks_for(output, array.quantity)) arrays_.push_back(array);
+  if (asks_for(output, FieldQuantity::vorticity)) vorticity_.emplace(setup, communicator);
+  offsets_.resize(arrays_.size());
 }
 
 std::string FieldWriter::in_run(const std::string& file) const { return output_.directory + "/" + file; }
 
-Extent FieldWriter::shape(const Dataset& dataset) const { return shape_of(region_, dataset.is_vector()); }
+Extent FieldWriter::shape(const FieldArray& array) const { return shape_of(region_, array.is_vector()); }
 
 std::int64_t FieldWriter::data_bytes() const {
   std::int64_t bytes = 0;
-  for (const Dataset& dataset : datasets_) bytes += (dataset.is_vector() ? 3 : 1) * std::int64_t{sizeof(double)};
+  for (const FieldArray& array : arrays_) bytes += (array.is_vector() ? 3 : 1) * std::int64_t{sizeof(double)};
   return bytes * region_.volume();
 }
 
@@ -145,8 +135,8 @@ void FieldWriter::add_groups_of(const std::string& name) {
             grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
       }
     }
-    for (const char* array : {density_array, pressure_array, velocity_array, vorticity_array, body_array})
-      if (file.has(group + "/" + array)) grid.datasets.emplace_back(array);
+    for (const FieldArray& array : field_arrays)
+      if (file.has(group + "/" + array.name)) grid.datasets.emplace_back(array.name);
     grids_[group] = grid;
   }
 }
@@ -173,26 +163,25 @@ void FieldWriter::lay_out(const std::string& group, const Attributes& attributes
   if (grids_.empty()) find_groups();
   Hdf5File file = new_file(cells_path_, data_bytes() + structure_bytes);
   make_group(file, group, attributes);
-  for (std::size_t i = 0; i < datasets_.size(); ++i) {
-    const std::string name = group + "/" + datasets_[i].name;
-    offsets_[i] = datasets_[i].name == body_array ? file.make_dataset<std::int32_t>(name, shape(datasets_[i]))
-                                                  : file.make_dataset<double>(name, shape(datasets_[i]));
+  for (std::size_t i = 0; i < arrays_.size(); ++i) {
+    const std::string name = group + "/" + arrays_[i].name;
+    offsets_[i] = arrays_[i].quantity ? file.make_dataset<double>(name, shape(arrays_[i]))
+                                      : file.make_dataset<std::int32_t>(name, shape(arrays_[i]));
   }
   file.close();
   reserve_space(cells_path_, communicator_.context());
 }
 
 template <class T>
-void FieldWriter::write_values(SharedFile& file, std::size_t dataset, const Box& box,
+void FieldWriter::write_values(SharedFile& file, std::size_t array, const Box& box,
                                const std::vector<T>& values) const {
-  const auto& [name, reflection] = datasets_[dataset];
-  const bool is_vector = datasets_[dataset].is_vector();
+  const bool is_vector = arrays_[array].is_vector();
   for (const auto& mirrored : images_.images()) {
-    const FilePart<T> part = images_.image(box, values, reflection, mirrored, region_);
+    const FilePart<T> part = images_.image(box, values, arrays_[array].reflection, mirrored, region_);
     if (part.values.empty()) continue;
     const Extent start = in_file_order(
         {part.box.low[0] - region_.low[0], part.box.low[1] - region_.low[1], part.box.low[2] - region_.low[2]});
-    file.write(offsets_[dataset], shape_of(region_, is_vector), is_vector ? with(start, 0) : start,
+    file.write(offsets_[array], shape_of(region_, is_vector), is_vector ? with(start, 0) : start,
                shape_of(part.box, is_vector), part.values.data());
   }
 }
@@ -202,19 +191,19 @@ void FieldWriter::write_cells(const FieldBlock& block) const {
   const std::vector<double> vorticity = vorticity_ ? (*vorticity_)(block) : std::vector<double>{};
   on_every_rank(communicator_, [&] {
     SharedFile file(cells_path_, communicator_.context());
-    for (std::size_t i = 0; i < datasets_.size(); ++i) {
-      const std::string& name = datasets_[i].name;
-      if (name == body_array) {
+    for (std::size_t i = 0; i < arrays_.size(); ++i) {
+      const std::optional<FieldQuantity>& quantity = arrays_[i].quantity;
+      if (!quantity) {
         write_values(file, i, block.box, block.body);
-      } else if (name == pressure_array) {
+      } else if (quantity == FieldQuantity::pressure) {
         std::vector<double> pressure = block.density_kg_per_m3;
         for (double& value : pressure) value = units_.pressure_Pa(value);
         write_values(file, i, block.box, pressure);
       } else {
         write_values(file, i, block.box,
-                     name == density_array    ? block.density_kg_per_m3
-                     : name == velocity_array ? block.velocity_m_per_s
-                                              : vorticity);
+                     quantity == FieldQuantity::density    ? block.density_kg_per_m3
+                     : quantity == FieldQuantity::velocity ? block.velocity_m_per_s
+                                                           : vorticity);
       }
     }
   });
@@ -224,12 +213,12 @@ void FieldWriter::compress(const std::string& group, const Attributes& attribute
   Hdf5File file = new_file(unfinished_path_, data_bytes() + structure_bytes);
   make_group(file, group, attributes);
   Hdf5File source(cells_path_, Hdf5File::Access::read, communicator_.context());
-  for (const Dataset& dataset : datasets_) {
-    const std::string name = group + "/" + dataset.name;
-    if (dataset.name == body_array)
-      file.copy_compressed<std::int32_t>(source, name, shape(dataset), output_.compression);
+  for (const FieldArray& array : arrays_) {
+    const std::string name = group + "/" + array.name;
+    if (array.quantity)
+      file.copy_compressed<double>(source, name, shape(array), output_.compression);
     else
-      file.copy_compressed<double>(source, name, shape(dataset), output_.compression);
+      file.copy_compressed<std::int32_t>(source, name, shape(array), output_.compression);
   }
   file.close();
   std::filesystem::remove(cells_path_);
@@ -281,11 +270,8 @@ void FieldWriter::write_mean(std::int64_t samples, const FieldBlock& block) {
 
 FieldSchedule::FieldSchedule(const FluidSetup& setup, Communicator& communicator)
     : output_(setup.fields), is_leader_(communicator.rank() == 0) {
-  if (output_.every_steps > 0 || output_.mean_stop > 0)
-    writer_ = std::make_unique<FieldWriter>(output_, setup, communicator);
+  if (output_.every_steps > 0 || output_.mean_stop > 0) writer_.emplace(output_, setup, communicator);
 }
-
-FieldSchedule::~FieldSchedule() = default;
 
 bool FieldSchedule::enters_mean(std::int64_t step) const {
   return step >= output_.mean_start && step < output_.mean_stop &&

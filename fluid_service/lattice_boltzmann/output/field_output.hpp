@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,13 +41,6 @@ class FieldWriter {
   void write_mean(std::int64_t samples, const FieldBlock& block);
 
  private:
-  /// A dataset of each group.
-  struct Dataset {
-    std::string name;
-    Reflection reflection = Reflection::scalar;
-
-    [[nodiscard]] bool is_vector() const { return reflection != Reflection::scalar; }
-  };
   using Attributes = std::function<void(Hdf5File&)>;
 
   void write(const std::string& group, const FieldBlock& block, const Attributes& attributes);
@@ -56,7 +48,7 @@ class FieldWriter {
   void lay_out(const std::string& group, const Attributes& attributes);
   void write_cells(const FieldBlock& block) const;
   template <class T>
-  void write_values(SharedFile& file, std::size_t dataset, const Box& box, const std::vector<T>& values) const;
+  void write_values(SharedFile& file, std::size_t array, const Box& box, const std::vector<T>& values) const;
   void compress(const std::string& group, const Attributes& attributes) const;
   /// On rank 0: gives the group's file its name, and names it in fields.h5 and to ParaView.
   void publish(const std::string& group);
@@ -65,13 +57,13 @@ class FieldWriter {
   [[nodiscard]] Hdf5File new_file(const std::string& path, std::int64_t bytes) const;
   void make_group(Hdf5File& file, const std::string& group, const Attributes& attributes) const;
   [[nodiscard]] std::string in_run(const std::string& file) const;
-  [[nodiscard]] Hdf5File::Extent shape(const Dataset& dataset) const;
+  [[nodiscard]] Hdf5File::Extent shape(const FieldArray& array) const;
   [[nodiscard]] std::int64_t data_bytes() const;
 
   FieldOutput output_;
   Box region_;
-  std::vector<Dataset> datasets_;
-  std::vector<std::int64_t> offsets_;  ///< where the datasets start in the file [bytes]
+  std::vector<FieldArray> arrays_;
+  std::vector<std::int64_t> offsets_;  ///< where the arrays start in the file [bytes]
   std::string unfinished_path_;        ///< of the file of a group that is being written
   std::string cells_path_;             ///< where the ranks write
   LatticeUnits units_;
@@ -87,7 +79,6 @@ class FieldWriter {
 class FieldSchedule {
  public:
   FieldSchedule(const FluidSetup& setup, Communicator& communicator);
-  ~FieldSchedule();
 
   /// @param step    steps completed; 0 once, when the bodies are in place
   /// @param fields  computes this rank's fields; called only when they are needed
@@ -108,7 +99,7 @@ class FieldSchedule {
 
   FieldOutput output_;
   bool is_leader_;
-  std::unique_ptr<FieldWriter> writer_;  ///< none if nothing is to be written
+  std::optional<FieldWriter> writer_;  ///< none if nothing is to be written
   MeanField mean_;
 };
 

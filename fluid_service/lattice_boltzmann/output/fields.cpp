@@ -48,19 +48,6 @@ std::string in_words(const Cell& cell) {
   return std::to_string(cell[2]) + " " + std::to_string(cell[1]) + " " + std::to_string(cell[0]);
 }
 
-struct Field {
-  const char* name;
-  const char* kind;
-  const char* number;
-  const char* shape_end;
-};
-
-constexpr Field fields[] = {{"density_kg_per_m3", "Scalar", "NumberType='Float' Precision='8'", ""},
-                            {"pressure_Pa", "Scalar", "NumberType='Float' Precision='8'", ""},
-                            {"velocity_m_per_s", "Vector", "NumberType='Float' Precision='8'", " 3"},
-                            {"vorticity_per_s", "Vector", "NumberType='Float' Precision='8'", " 3"},
-                            {"body", "Scalar", "NumberType='Int' Precision='4'", ""}};
-
 void add_grid(std::ostream& text, const XdmfDescription& d, const XdmfGrid& grid, const std::string& indent) {
   const Cell cells = {grid.box.extent(0), grid.box.extent(1), grid.box.extent(2)};
   const auto origin_m = [&](int axis) { return static_cast<double>(grid.box.low[axis]) * d.cell_size_m; };
@@ -75,11 +62,13 @@ void add_grid(std::ostream& text, const XdmfDescription& d, const XdmfGrid& grid
        << indent << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>" << d.cell_size_m
        << " " << d.cell_size_m << " " << d.cell_size_m << "</DataItem>\n"
        << indent << "  </Geometry>\n";
-  for (const Field& field : fields) {
-    if (std::ranges::find(grid.datasets, field.name) == grid.datasets.end()) continue;
-    text << indent << "  <Attribute Name='" << field.name << "' AttributeType='" << field.kind << "' Center='Cell'>\n"
-         << indent << "    <DataItem Dimensions='" << in_words(cells) << field.shape_end << "' " << field.number
-         << " Format='HDF'>" << grid.file << ":/" << grid.group << "/" << field.name << "</DataItem>\n"
+  for (const FieldArray& array : field_arrays) {
+    if (std::ranges::find(grid.datasets, array.name) == grid.datasets.end()) continue;
+    text << indent << "  <Attribute Name='" << array.name << "' AttributeType='"
+         << (array.is_vector() ? "Vector" : "Scalar") << "' Center='Cell'>\n"
+         << indent << "    <DataItem Dimensions='" << in_words(cells) << (array.is_vector() ? " 3" : "")
+         << (array.quantity ? "' NumberType='Float' Precision='8'" : "' NumberType='Int' Precision='4'")
+         << " Format='HDF'>" << grid.file << ":/" << grid.group << "/" << array.name << "</DataItem>\n"
          << indent << "  </Attribute>\n";
   }
   text << indent << "</Grid>\n";

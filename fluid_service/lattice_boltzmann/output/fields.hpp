@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
 #include "ranks/block_partition.hpp"
 #include "ranks/communicator.hpp"
@@ -52,6 +53,20 @@ class MeanField {
 /// What a mirror plane does to a field: components along its normal change their sign if the field is a vector, the
 /// others if it is an axial vector, like the vorticity.
 enum class Reflection { scalar, vector, axial_vector };
+
+/// An array of each group of fields.h5.
+struct FieldArray {
+  const char* name;
+  std::optional<FieldQuantity> quantity;  ///< that a case asks for; none: the array is always there
+  Reflection reflection = Reflection::scalar;
+
+  [[nodiscard]] bool is_vector() const { return reflection != Reflection::scalar; }
+};
+
+inline constexpr std::array field_arrays{
+    FieldArray{"density_kg_per_m3", FieldQuantity::density}, FieldArray{"pressure_Pa", FieldQuantity::pressure},
+    FieldArray{"velocity_m_per_s", FieldQuantity::velocity, Reflection::vector},
+    FieldArray{"vorticity_per_s", FieldQuantity::vorticity, Reflection::axial_vector}, FieldArray{"body", {}}};
 
 /// Part of one field as it lies in an output file: order (z, y, x), x fastest, then the components.
 template <class T>

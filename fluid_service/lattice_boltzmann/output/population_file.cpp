@@ -105,9 +105,8 @@ std::uint64_t digest_of_mean(const Cell& cells, const MeanField& mean, SolverCon
 
 std::uint64_t digest_of_bodies(const FluidState& state) {
   Digest digest(static_cast<std::uint64_t>(state.kinematics.step));
-  const Rows rows = rows_of(state);
-  for (const double value : rows.reshaped()) digest.add(value);
-  for (const double value : state.momentum.gained) digest.add(value);
+  digest.add_all(rows_of(state));
+  digest.add_all(state.momentum.gained);
   digest.add(state.momentum.exchanged);
   return digest.value();
 }

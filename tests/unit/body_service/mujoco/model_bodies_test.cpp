@@ -12,7 +12,6 @@
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
 #include "engine/engine_under_test.hpp"
-#include "mujoco/compiled_model.hpp"
 
 namespace copepod::body {
 namespace {
