@@ -1,7 +1,6 @@
 """A free sphere, capsule or spheroid between two walls that move in opposite directions."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -43,10 +42,10 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case([_CELLS] * 3, point.tau, boundaries, [body], point.steps, **flow)
 
 
-def evaluate(folder: Path, point: Point) -> tuple[float, float, float | None]:
+def evaluate(run: Trajectory, point: Point) -> tuple[float, float, float | None]:
     """Error of the mean rate, largest deviation from the form, both over γ/2 [%]; aspect ratio r of a capsule. Without
     the first third of the run, in which the rotation begins."""
-    rate = -Trajectory(folder).of("sphere")["angular_velocity_rad_per_s"][:, 1]
+    rate = -run.of("sphere")["angular_velocity_rad_per_s"][:, 1]
     angle, start = np.cumsum(rate), len(rate) // 3
     found = rate[start:] / (0.5 * point.rate)
     form = np.ones((len(found), 1))
