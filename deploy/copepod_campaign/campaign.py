@@ -89,40 +89,22 @@ def run_items(
         for entry in entries:
             entry.look(options.rerun_other_builds)
         signals = stack.enter_context(SignalRecorder())
-        _announce(name, entries, directory.shown)
+        done = sum(entry.state is State.DONE for entry in entries)
+        say(f"{name}: {len(entries)} cases, {done} done already, in {directory.shown}")
+        for entry in entries:
+            if entry.remark:
+                say(f"{entry.name}: {entry.remark}")
         results.write(folder, name, entries)
-        pool = Pool(name, entries, jobs or _cores(), programs, signals, options.keep_going)
+        pool = Pool(name, entries, jobs or len(os.sched_getaffinity(0)), programs, signals, options.keep_going)
         for _ in pool.run():
             results.write(folder, name, entries)
-    shown = (lambda _: json.dumps(results.records(name, entries))) if options.json else table
-    return _ending(entries, signals, directory.shown, f"{called_as()} {again(directory.shown)}", shown)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0))
-
-
-def _announce(name: str, entries: Sequence[Entry], shown: str) -> None:
-    done = [entry for entry in entries if entry.state is State.DONE]
-    say(f"{name}: {len(entries)} cases, {len(done)} done already, in {shown}")
-    for entry in entries:
-        if entry.remark:
-            say(f"{entry.name}: {entry.remark}")
-
-
-def _ending(
-    entries: Sequence[Entry],
-    signals: SignalRecorder,
-    shown: str,
-    again: str,
-    table: Callable[[Sequence[Entry]], str],
-) -> int:
+    shown = directory.shown
+    command = f"{called_as()} {again(shown)}"
     if signals.received:
-        raise Stop(
-            128 + signals.received[0], f"stopped by a signal; nothing is lost. Continue with the same command: {again}"
-        )
+        code = 128 + signals.received[0]
+        raise Stop(code, f"stopped by a signal; nothing is lost. Continue with the same command: {command}")
     failed = [entry for entry in entries if entry.state is State.FAILED]
-    print(table(entries), flush=True)
+    print(json.dumps(results.records(name, entries)) if options.json else table(entries), flush=True)
     say(f"results in {shown}/results.md, .csv, .json")
     if failed:
         names = ", ".join(entry.name for entry in failed[:_NAMED]) + ("" if len(failed) <= _NAMED else ", …")
@@ -131,7 +113,7 @@ def _ending(
         raise Stop(
             failed[0].exit_code,
             f"{len(failed)} of {len(entries)} cases failed{not_started} ({names}; the reasons are above and in "
-            f"{shown}/logs). Fix them and continue: {again}",
+            f"{shown}/logs). Fix them and continue: {command}",
         )
     others = [entry.name for entry in entries if entry.of_another_build]
     if others:

@@ -33,8 +33,9 @@ def findings(options: Namespace) -> Check:
         return _of_several(plan.name, plan.items, plan.jobs, options.start_components)
     if plan.sweep:
         return _of_several(plan.name, [item_of_sweep(options, plan)], None, options.start_components)
-    if not options.start_components:
-        plan = replace(plan, unasked=_named_by_case(plan, options))
+    if not options.start_components:  # those whose commands the case has brought along, and not the user
+        named = (role for role in components.ROLES if plan.command_of(role) and getattr(options, role) is None)
+        plan = replace(plan, unasked=frozenset(named))
     plan = components.settled(plan, options)
     problems = [*components.problems_of_components(plan), *hosts.problems_of_hosts(plan)]
     memory: list[Memory] = []
@@ -47,7 +48,11 @@ def findings(options: Namespace) -> Check:
         *estimate.warnings(memory),
         *estimate.disk_warnings(plan.estimate["disk_bytes"], "runs"),
         *_rank_warnings(plan),
-        *_unasked_warnings(plan),
+        *(
+            f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
+            f"{shlex.join(plan.command_of(role) or [])}). Use --start-components if you trust the case."
+            for role in sorted(plan.unasked)
+        ),
     ]
     return Check(
         plan.name,
@@ -57,13 +62,6 @@ def findings(options: Namespace) -> Check:
         plan.estimate["disk_bytes"],
         warnings,
         problems,
-    )
-
-
-def _named_by_case(plan: Plan, options: Namespace) -> frozenset[str]:
-    """Roles of components whose commands the case has brought along, and not the user."""
-    return frozenset(
-        role for role in ("fluid", "body") if plan.command_of(role) is not None and getattr(options, role) is None
     )
 
 
@@ -83,14 +81,6 @@ def _rank_warnings(plan: Plan) -> list[str]:
         return []
     return [
         f"warning: {ranks} fluid ranks share {cores} core(s) (slower than one rank per core). " f"Use --ranks {cores}."
-    ]
-
-
-def _unasked_warnings(plan: Plan) -> list[str]:
-    return [
-        f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
-        f"{shlex.join(plan.command_of(role) or [])}). Use --start-components if you trust the case."
-        for role in sorted(plan.unasked)
     ]
 
 
@@ -141,16 +131,13 @@ def _rows_of_items(members: Sequence[Member]) -> dict[str, str]:
             single += 1
             continue
         heads = swept_keys(own)
-        texts = [_values_text(head, [member.parameters[key] for member in own]) for key, head in heads.items()]
-        rows[item] = f"{len(own)} runs: " + "; ".join(texts)
+        spans = []  # «lag_deg 30 to 150 (5 values)»
+        for key, head in heads.items():
+            texts = list(dict.fromkeys(value_text(member.parameters[key]) for member in own))
+            several = f" to {texts[-1]} ({len(texts)} values)" if len(texts) > 1 else ""
+            spans.append(f"{head} {texts[0]}{several}")
+        rows[item] = f"{len(own)} runs: " + "; ".join(spans)
     return rows | ({"cases without a sweep": str(single)} if single else {})
-
-
-def _values_text(head: str, values: Sequence[Any]) -> str:
-    """«lag_deg 30 to 150 (5 values)»."""
-    texts = list(dict.fromkeys(value_text(value) for value in values))
-    span = texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]} ({len(texts)} values)"
-    return f"{head} {span}"
 
 
 def _rows_of_needs(members: Sequence[Member], memory: int, disk_bytes: Mapping[str, int], jobs: int) -> dict[str, str]:

@@ -11,7 +11,7 @@ from typing import Any
 from copepod_campaign.sweep import Member
 from copepod_run.errors import BadCase, ExitCode
 from copepod_run.plan import resolved_case
-from copepod_run.run_directory import Lock, has_checkpoint, read_object, take_lock
+from copepod_run.run_directory import Lock, has_checkpoint, lock_of, read_object
 from copepod_run.messages import say
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
@@ -91,15 +91,10 @@ class Entry:
 
     def _wait_until_free(self) -> None:
         """Runs of a killed campaign write a checkpoint and end."""
-        descriptor = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            if take_lock(descriptor) is not Lock.HELD:
-                return
+        if lock_of(self.path) is Lock.HELD:
             say(f"{self.name}: waiting for an earlier run in this folder to end")
-            if take_lock(descriptor, _ENDING_PATIENCE_S) is Lock.HELD:
+            if lock_of(self.path, _ENDING_PATIENCE_S) is Lock.HELD:
                 raise BadCase(f"{self.path} is in use (another copepod runs there). Wait for it to end.")
-        finally:
-            os.close(descriptor)
 
     def _set_aside(self, reason: str) -> None:
         number = 1

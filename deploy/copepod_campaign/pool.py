@@ -46,19 +46,6 @@ def keep_copy(campaign_folder: Path) -> Path:
     return target.absolute()
 
 
-def _environment(programs: Path) -> dict[str, str]:
-    """Settings that make `copepod run` use these programs, and share the machine with its like.
-
-    Several mpirun at once would each bind their first rank to the same core.
-    """
-    return {
-        "OMPI_MCA_hwloc_base_binding_policy": "none",
-        "OMPI_MCA_mpi_yield_when_idle": "1",
-        **os.environ,
-        "COPEPOD_BIN_DIR": str(programs),
-    }
-
-
 class Job(RunProcess):
     """A running case and its latest progress."""
 
@@ -158,7 +145,12 @@ class Pool:
         self._waiting = [entry for entry in entries if entry.state is not State.DONE]
         self._jobs = max(1, min(jobs, len(self._waiting)))
         self._ranks = max(1, len(os.sched_getaffinity(0)) // self._jobs)
-        self._environment = _environment(programs)
+        self._environment = {  # several mpirun at once would each bind their first rank to the same core
+            "OMPI_MCA_hwloc_base_binding_policy": "none",
+            "OMPI_MCA_mpi_yield_when_idle": "1",
+            **os.environ,
+            "COPEPOD_BIN_DIR": str(programs),
+        }
         self._signals = signals
         self._signals_seen = 0
         self._next_line = time.monotonic() + _LINE_EVERY_S
@@ -239,7 +231,9 @@ class Pool:
         if entry.state is State.FAILED:
             complain(f"{entry.name}: failed. {entry.remark}")
         else:
-            say(f"{entry.name}: {f'done{_wall_text(entry)}' if entry.state is State.DONE else 'stopped'}")
+            wall_s = (entry.summary or {}).get("wall_s")
+            time_text = f" after {elapsed_text(wall_s)} of computing" if wall_s else ""
+            say(f"{entry.name}: {f'done{time_text}' if entry.state is State.DONE else 'stopped'}")
         if not self._keeps_going and self._waiting and self._failed_alike():
             self._waiting.clear()
             say(f"the first {FAILURES} fail alike: the others are not started (with --keep-going they are)")
@@ -260,8 +254,3 @@ class Pool:
                 say(f"{signal.Signals(number).name}: waits for the checkpoints of what runs (again: at once)")
             for job in self.running:
                 job.send(signal.SIGTERM if first else signal.SIGKILL)
-
-
-def _wall_text(entry: Entry) -> str:
-    wall_s = (entry.summary or {}).get("wall_s")
-    return f" after {elapsed_text(wall_s)} of computing" if wall_s else ""

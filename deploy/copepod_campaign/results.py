@@ -1,7 +1,5 @@
 """The result table of a campaign as Markdown, CSV and JSON, rewritten after every case that ends."""
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +8,7 @@ from typing import Any
 
 from copepod_campaign.entry import Entry, State
 from copepod_campaign.sweep import swept_keys, value_text
-from copepod_run.figures import FIGURES, Figure, compared, measured, number_text, percent_text
+from copepod_run.figures import FIGURES, Figure, compared, csv_text, markdown_table, measured
 
 
 @dataclass(frozen=True)
@@ -24,9 +22,15 @@ class Row:
 
 def write(folder: Path, name: str, entries: Sequence[Entry]) -> None:
     """results.md, results.csv and results.json in `folder`; each replaced in one go."""
-    _replace(folder / "results.md", f"# {name}\n\n{markdown(entries)}\n")
-    _replace(folder / "results.csv", _csv(entries))
-    _replace(folder / "results.json", json.dumps(records(name, entries), indent=1, ensure_ascii=False) + "\n")
+    contents = {
+        "results.md": f"# {name}\n\n{markdown(entries)}\n",
+        "results.csv": _csv(entries),
+        "results.json": json.dumps(records(name, entries), indent=1, ensure_ascii=False) + "\n",
+    }
+    for file, content in contents.items():
+        fresh = folder / f"{file}.new"
+        fresh.write_text(content, encoding="utf-8")
+        fresh.replace(folder / file)
 
 
 def records(name: str, entries: Sequence[Entry]) -> dict[str, Any]:
@@ -42,11 +46,11 @@ def markdown(entries: Sequence[Entry]) -> str:
     rows = _rows(entries)
     heads, known = _known_columns(rows)
     keys = [key for key in FIGURES if any(key in row.figures for row in rows)]
-    table = [[*heads, "state", *(FIGURES[key] for key in keys)], ["---"] * (len(heads) + 1 + len(keys))]
+    lines = []
     for row, cells in zip(rows, known):
         texts = ["" if cell is None else value_text(cell) for cell in cells]
-        table.append([*texts, _state_text(row.entry), *(_cell(row.figures.get(key)) for key in keys)])
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in table)
+        lines.append(" | ".join([*texts, _state_text(row.entry), *(_cell(row.figures.get(key)) for key in keys)]))
+    return markdown_table(" | ".join([*heads, "state", *(FIGURES[key] for key in keys)]), lines)
 
 
 def text(entries: Sequence[Entry]) -> str:
@@ -68,9 +72,11 @@ def _rows(entries: Sequence[Entry]) -> list[Row]:
         swimmers = measured(entry.summary or {}) if entry.state is State.DONE else []
         if not swimmers:
             rows.append(Row(entry, "", {}))
+        in_case = entry.plan.case.get("swimmers", [])  # with the published figures of now; the run may be older
         for number, swimmer in enumerate(swimmers):
+            section = in_case[number] if number < len(in_case) else {}
             name = swimmer["name"] if len(swimmers) > 1 else ""
-            rows.append(Row(entry, name, compared({**swimmer, "published": _published(entry, number)})))
+            rows.append(Row(entry, name, compared({**swimmer, "published": section.get("published")})))
     return rows
 
 
@@ -85,18 +91,9 @@ def _known_columns(rows: Sequence[Row]) -> tuple[list[str], list[list[Any]]]:
     return ["case", *keys.values(), *swimmers], cells
 
 
-def _published(entry: Entry, number: int) -> Any:
-    """Published figures as the case has them now; a finished run may be older than they are."""
-    swimmers = entry.plan.case.get("swimmers", [])
-    return swimmers[number].get("published") if number < len(swimmers) else None
-
-
 def _cell(figure: Figure | None) -> str:
-    if figure is None or figure.ours is None:
-        return ""
-    if figure.published is None:
-        return number_text(figure.ours)
-    return f"{number_text(figure.ours)} ({number_text(figure.published)}, {percent_text(figure.deviation_percent)})"
+    ours, *others = figure.texts() if figure else ("",)
+    return f"{ours} ({', '.join(others)})" if others else ours
 
 
 def _state_text(entry: Entry) -> str:
@@ -117,9 +114,7 @@ def _csv(entries: Sequence[Entry]) -> str:
         columns[f"{key}_published"] = [figure.published for figure in figures]
         columns[f"{key}_deviation_percent"] = [figure.deviation_percent for figure in figures]
     filled = {head: cells for head, cells in columns.items() if any(cell not in (None, "") for cell in cells)}
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows([list(filled), *zip(*filled.values())])
-    return stream.getvalue()
+    return csv_text(filled)
 
 
 def _plain(value: Any) -> Any:
@@ -137,9 +132,3 @@ def _record(entry: Entry) -> dict[str, Any]:
         "remark": entry.remark,
         "summary": entry.summary,
     }
-
-
-def _replace(path: Path, content: str) -> None:
-    fresh = path.with_name(path.name + ".new")
-    fresh.write_text(content, encoding="utf-8")
-    fresh.replace(path)

@@ -96,7 +96,7 @@ def _plan_of(name: str, file: str, settings: Sequence[str], trusted: bool, probl
     try:
         plan = plan_of(file, settings)
         if not trusted:
-            plan = replace(plan, unasked=frozenset(role for role in ("fluid", "body") if plan.command_of(role)))
+            plan = replace(plan, unasked=frozenset(filter(plan.command_of, components.ROLES)))
         return components.settled(plan, _AS_IN_THE_CASE)
     except Stop as refusal:
         if refusal.code != ExitCode.BAD_CASE:

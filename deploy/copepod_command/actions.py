@@ -143,12 +143,12 @@ def setup(options: Namespace) -> int:
     if options.packages_only:
         packages.ensure()
     else:
-        build.ensure_everything()
+        build.ensure_targets()
     return ExitCode.FINISHED
 
 
 def test(options: Namespace) -> int:
     """Exit code of ctest, which writes the summary itself."""
-    build.ensure_everything()
+    build.ensure_targets()
     jobs = str(len(os.sched_getaffinity(0)) + 1)  # tests of processes spend most of their time waiting
     return subprocess.run(["ctest", "--preset", "release", "-j", jobs, *options.ctest_arguments], cwd=ROOT).returncode

@@ -13,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from copepod_command.parser import make_parser
 from copepod_run import packages
 from copepod_run.checkout import ROOT, version
 from copepod_run.destinations import make_folder
@@ -77,7 +78,8 @@ def _one_of(schema: dict[str, Any], keyword: str) -> dict[str, Any]:
 def manual(options: Namespace) -> int:
     """Shows a page in the reader's pager, or writes all of them."""
     packages.require(("help2man", "man-db"), "they are needed for nothing else")
-    summaries = _summaries()
+    lines = {action.dest: action.help or "" for action in _commands(make_parser())._choices_actions}
+    summaries = {"": "couples fluids and rigid bodies", **lines}
     if options.page and options.page not in summaries:
         known = ", ".join(name for name in summaries if name)
         raise BadCase(f"there is no command «{options.page}». Choose one of: {known}.")
@@ -94,14 +96,6 @@ def manual(options: Namespace) -> int:
     ).returncode
 
 
-def _summaries() -> dict[str, str]:
-    """A line about the command, "", and about each of its commands."""
-    from copepod_command.parser import make_parser
-
-    lines = {action.dest: action.help or "" for action in _commands(make_parser())._choices_actions}
-    return {"": "couples fluids and rigid bodies", **lines}
-
-
 def _commands(parser: argparse.ArgumentParser) -> Any:
     return next(action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
 
@@ -112,17 +106,9 @@ def _page(name: str, summary: str) -> str:
         script = Path(folder) / "copepod"
         script.write_text(_PROGRAM.format(python=shlex.quote(sys.executable)))
         script.chmod(0o700)
+        words = ["--no-info", "--locale=C.UTF-8", "--name", summary, "--version-string", version()]
         made = subprocess.run(
-            [
-                "help2man",
-                "--no-info",
-                "--locale=C.UTF-8",
-                "--name",
-                summary,
-                "--version-string",
-                version(),
-                f"{script} {name}".rstrip(),
-            ],
+            ["help2man", *words, f"{script} {name}".rstrip()],
             env={**os.environ, "COPEPOD_CALLED_AS": "copepod", "COLUMNS": "1000"},
             stdout=subprocess.PIPE,
             text=True,

@@ -1,15 +1,70 @@
-"""The command line: subcommands and their options, with the texts of --help."""
+"""The command line: subcommands and their options, with the texts of --help; types that read an argument or report what
+would be right."""
 
 import argparse
+import json
+import math
+from functools import partial
 from typing import Any
 
-from copepod_command import argument_types
 from copepod_run.checkout import called_as, version
 
 _EXIT_CODES = """Exit codes:
   0 finished, 1 a build, test or conformance check failed, 2 bad case or command line,
   65 refused by the peer, 69 a component was lost, 70 a solver failed, 73 storage failed, 74 deadline passed,
   129/130/143 stopped by a signal"""
+
+
+def _command(text: str) -> str:
+    """Words of a command line, not empty."""
+    if not text.strip():
+        raise argparse.ArgumentTypeError("the command is empty (a variable that is not set?). Name a program.")
+    return text
+
+
+def _hosts(text: str) -> str:
+    """The setting of the case that the hosts between commas stand for."""
+    return f"services.hosts={json.dumps(text.split(','))}"
+
+
+def _integer(text: str, least: int = 1, what: str = "number") -> int:
+    """An integer from `least` on; `what`: what messages call it."""
+    try:
+        value = int(text)
+    except ValueError:
+        value = least - 1
+    if value < least:
+        raise argparse.ArgumentTypeError(
+            f"«{text}» is not a valid {what} (integer ≥ {least}). Use {max(least, 1)}, for example."
+        )
+    return value
+
+
+_port = partial(_integer, least=0, what="port")
+_count = partial(_integer, least=0)
+_ranks = partial(_integer, what="rank count")
+
+
+def _real(text: str, what: str) -> float:
+    """A number, zero or more; `what`: what messages call it, and how to write it."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"«{text}» is not a valid {what}.")
+    return value
+
+
+_metres = partial(_real, what="length (metres ≥ 0). Write 50e-6 for 50 µm")
+_tolerance = partial(_real, what="relative difference (number ≥ 0, such as 1e-9)")
+
+
+def _time(text: str) -> str:
+    """«auto», «mean», «last» or the step of a snapshot."""
+    if text not in ("auto", "mean", "last") and not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"«{text}» is not a time of the flow. Use mean, last or a step such as 14058.")
+    return text
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -73,9 +128,18 @@ class _CommandParser(argparse.ArgumentParser):
         super().__init__(**settings, formatter_class=_Formatter)
 
 
+def _add(parser: argparse._ActionsContainer, words: str, text: str, **settings: Any) -> None:
+    """An option, with its value if it takes one: «--out DIR»; `text`: what it does."""
+    *names, last = words.split()
+    if last.startswith("-"):
+        parser.add_argument(*names, last, help=text, action="store_true")
+    else:
+        parser.add_argument(*names, metavar=last, help=text, **settings)
+
+
 def _add_output(parser: argparse.ArgumentParser, what: str) -> None:
-    parser.add_argument("-q", "--quiet", action="store_true", help="only errors on stderr: no progress, no warnings")
-    parser.add_argument("--json", action="store_true", help=f"{what} as JSON on stdout")
+    _add(parser, "-q --quiet", "only errors on stderr: no progress, no warnings")
+    _add(parser, "--json", f"{what} as JSON on stdout")
 
 
 _Commands = argparse._SubParsersAction  # argparse has no public name for it
@@ -94,22 +158,20 @@ def _add_run(commands: _Commands) -> None:
         "result table.",
     )
     _add_case(parser)
-    parser.add_argument(
-        "--out", metavar="DIR", help="run directory (default: runs/<case>, with a number if that exists)"
-    )
+    _add(parser, "--out DIR", "run directory (default: runs/<case>, with a number if that exists)")
     beginning = parser.add_mutually_exclusive_group()
-    beginning.add_argument("--resume", action="store_true", help="continue the run in --out, or the case's latest run")
-    beginning.add_argument(
-        "--branch-from",
-        metavar="DIR[:STEP]",
-        help="start this case, in a new folder, from a checkpoint of the run in DIR (default: its newest)",
+    _add(beginning, "--resume", "continue the run in --out, or the case's latest run")
+    _add(
+        beginning,
+        "--branch-from DIR[:STEP]",
+        "start this case, in a new folder, from a checkpoint of the run in DIR (default: its newest)",
     )
-    parser.add_argument(
-        "--restarts",
-        type=argument_types.count,
+    _add(
+        parser,
+        "--restarts N",
+        "start again up to N times when a component is lost (default: 0)",
+        type=_count,
         default=0,
-        metavar="N",
-        help="start again up to N times when a component is lost (default: 0)",
     )
     parser.add_argument(
         "--progress",
@@ -131,10 +193,10 @@ def _add_check(commands: _Commands) -> None:
         "estimates and warnings. Nothing that a case names is started.",
     )
     _add_case(parser)
-    parser.add_argument(
+    _add(
+        parser,
         "--start-components",
-        action="store_true",
-        help="ask the components that the case names what they can do and need, which starts their commands",
+        "ask the components that the case names what they can do and need, which starts their commands",
     )
     _add_output(parser, "figures, estimates, warnings and problems")
     parser.set_defaults(action="copepod_command.actions:check")
@@ -149,17 +211,13 @@ def _add_campaign(commands: _Commands) -> None:
         "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
     )
     parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of every case"
-    )
-    parser.add_argument("--out", metavar="DIR", help="folder of the campaign (default: runs/<campaign>)")
-    parser.add_argument(
-        "--jobs", type=argument_types.integer, metavar="N", help="cases at once (default: see the campaign)"
-    )
-    parser.add_argument(
+    _add(parser, "--set KEY.PATH=VALUE", "change one key of every case", action="append", default=[])
+    _add(parser, "--out DIR", "folder of the campaign (default: runs/<campaign>)")
+    _add(parser, "--jobs N", "cases at once (default: see the campaign)", type=_integer)
+    _add(
+        parser,
         "--rerun-other-builds",
-        action="store_true",
-        help="run cases again that another build of the programs has finished (default: keep and list them)",
+        "run cases again that another build of the programs has finished (default: keep and list them)",
     )
     _add_keep_going(parser)
     _add_output(parser, "results.json")
@@ -167,34 +225,24 @@ def _add_campaign(commands: _Commands) -> None:
 
 
 def _add_keep_going(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--keep-going",
-        action="store_true",
-        help="start every case, also when the first three of a sweep or campaign fail alike",
-    )
+    _add(parser, "--keep-going", "start every case, also when the first three of a sweep or campaign fail alike")
 
 
 def _add_case(parser: argparse.ArgumentParser) -> None:
     """The options that change what the case is."""
     parser.add_argument("case", metavar="CASE.yaml")
-    parser.add_argument(
-        "--set", action="append", default=[], metavar="KEY.PATH=VALUE", help="change one key of the case"
-    )
-    parser.add_argument("--ranks", type=argument_types.ranks, metavar="N", help="MPI ranks of the fluid service")
-    parser.add_argument(
-        "--hosts",
-        type=argument_types.hosts,
+    _add(parser, "--set KEY.PATH=VALUE", "change one key of the case", action="append", default=[])
+    _add(parser, "--ranks N", "MPI ranks of the fluid service", type=_ranks)
+    _add(
+        parser,
+        "--hosts A,B:N,…",
+        "hosts and their ranks of the fluid (default: 1 each); the first one is this machine",
+        type=_hosts,
         action="append",
         dest="set",
-        metavar="A,B:N,…",
-        help="hosts and their ranks of the fluid (default: 1 each); the first one is this machine",
     )
-    parser.add_argument(
-        "--fluid", type=argument_types.command, metavar="CMD", help="command that replaces the fluid service"
-    )
-    parser.add_argument(
-        "--body", type=argument_types.command, metavar="CMD", help="command that replaces the body service"
-    )
+    _add(parser, "--fluid CMD", "command that replaces the fluid service", type=_command)
+    _add(parser, "--body CMD", "command that replaces the body service", type=_command)
 
 
 def _add_report(commands: _Commands) -> None:
@@ -210,57 +258,48 @@ def _add_report(commands: _Commands) -> None:
         description="Writes report.html, a page that needs no network, and its plots as files.",
     )
     parser.add_argument("directories", nargs="+", metavar="DIR", help="run directory, also of an unfinished run")
-    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: DIR/report; several runs: report)")
-    parser.add_argument(
-        "--format",
+    _add(parser, "--out FOLDER", "where to write (default: DIR/report; several runs: report)")
+    _add(
+        parser,
+        "--format FORMAT",
+        "of the plots' files: png, svg, pdf; several are allowed (default: png)",
         nargs="+",
         choices=("png", "svg", "pdf"),
         default=["png"],
-        metavar="FORMAT",
-        help="of the plots' files: png, svg, pdf; several are allowed (default: png)",
     )
-    parser.add_argument(
-        "--video",
-        action="store_true",
-        help="also the flow as a film, RUN_flow.mp4, of runs with snapshots (needs Debian's ffmpeg)",
-    )
+    _add(parser, "--video", "also the flow as a film, RUN_flow.mp4, of runs with snapshots (needs Debian's ffmpeg)")
     sweep = parser.add_argument_group("first figure of a sweep")
-    sweep.add_argument("--x", default="", metavar="KEY", help="swept key, or its end (default: that of most values)")
-    sweep.add_argument("--y", default="", metavar="FIGURE", help="column of the table (default: the swimming speed)")
+    _add(sweep, "--x KEY", "swept key, or its end (default: that of most values)", default="")
+    _add(sweep, "--y FIGURE", "column of the table (default: the swimming speed)", default="")
     flow = parser.add_argument_group("picture of the flow", "of runs that recorded one (output.fields)")
     planes = ("auto", "xy", "xz", "yz", "yx", "zx", "zy")
-    flow.add_argument(
-        "--plane",
+    _add(
+        flow,
+        "--plane AXES",
+        "xy, xz, yz, …: two axes, the horizontal one first (default: the plane that contains the motion)",
         choices=planes,
         default="auto",
-        metavar="AXES",
-        help="xy, xz, yz, …: two axes, the horizontal one first (default: the plane that contains the motion)",
     )
-    flow.add_argument(
-        "--at",
-        type=argument_types.metres,
-        metavar="METRES",
-        help="where the plane is along its normal (default: through the first swimmer or body, else the middle)",
+    _add(
+        flow,
+        "--at METRES",
+        "where the plane is along its normal (default: through the first swimmer or body, else the middle)",
+        type=_metres,
     )
-    flow.add_argument(
-        "--time",
-        type=argument_types.time,
+    _add(
+        flow,
+        "--time TIME",
+        "mean, last or the step of a snapshot (default: the mean if there is one, else the last snapshot)",
+        type=_time,
         default="auto",
-        metavar="TIME",
-        help="mean, last or the step of a snapshot (default: the mean if there is one, else the last snapshot)",
     )
-    flow.add_argument("--zoom", default="", metavar="NAME", help="around this swimmer or body (default: everything)")
-    flow.add_argument(
-        "--margin",
-        type=argument_types.metres,
-        metavar="METRES",
-        help="with --zoom: beyond its surface (default: half its length)",
-    )
-    flow.add_argument(
-        "--frame",
+    _add(flow, "--zoom NAME", "around this swimmer or body (default: everything)", default="")
+    _add(flow, "--margin METRES", "with --zoom: beyond its surface (default: half its length)", type=_metres)
+    _add(
+        flow,
+        "--frame NAME",
+        "subtract the velocity of this swimmer or body (default: the laboratory frame)",
         default="",
-        metavar="NAME",
-        help="subtract the velocity of this swimmer or body (default: the laboratory frame)",
     )
     parser.set_defaults(action="copepod_command.actions:report")
 
@@ -275,7 +314,7 @@ def _add_watch(commands: _Commands) -> None:
         "and stays until Ctrl-C. For a campaign, the page lists its runs.",
     )
     parser.add_argument("directory", metavar="DIR", help="run directory, or folder of a campaign")
-    parser.add_argument("--port", type=argument_types.port, default=0, metavar="N", help="port (default: a free one)")
+    _add(parser, "--port N", "port (default: a free one)", type=_port, default=0)
     parser.set_defaults(action="copepod_command.actions:watch")
 
 
@@ -289,17 +328,13 @@ def _add_validate(commands: _Commands) -> None:
         "to make the page of other cases and schemes; only runs of another build are repeated. With --all every "
         "combination of schemes that `check` admits runs beside the most accurate one, and the page is all_schemes.md.",
     )
-    parser.add_argument("--all", action="store_true", help="every combination of schemes, for all_schemes.md")
-    parser.add_argument(
-        "--cases", nargs="+", metavar="CASE", help="experiments (default: all; an unknown one lists them)"
-    )
-    parser.add_argument("--schemes", nargs="+", metavar="SCHEME", help="schemes (default: all)")
-    parser.add_argument("--fast", action="store_true", help="a few points of each case, or a few combinations")
-    parser.add_argument(
-        "--fluid", type=argument_types.command, metavar="CMD", help="command that replaces the fluid service"
-    )
-    parser.add_argument("--jobs", type=argument_types.integer, metavar="N", help="runs at once (default: one per core)")
-    parser.add_argument("--out", metavar="FOLDER", help="where to write (default: docs/results of the checkout)")
+    _add(parser, "--all", "every combination of schemes, for all_schemes.md")
+    _add(parser, "--cases CASE", "experiments (default: all; an unknown one lists them)", nargs="+")
+    _add(parser, "--schemes SCHEME", "schemes (default: all)", nargs="+")
+    _add(parser, "--fast", "a few points of each case, or a few combinations")
+    _add(parser, "--fluid CMD", "command that replaces the fluid service", type=_command)
+    _add(parser, "--jobs N", "runs at once (default: one per core)", type=_integer)
+    _add(parser, "--out FOLDER", "where to write (default: docs/results of the checkout)")
     parser.set_defaults(action="copepod_command.actions:validate", json=False)
 
 
@@ -310,14 +345,10 @@ def _add_bench(commands: _Commands) -> None:
         help="measure this machine",
         description="Measures memory, the fluid alone and coupled runs for a few minutes; prints a table.",
     )
-    parser.add_argument(
-        "--samples", type=argument_types.integer, default=5, metavar="N", help="samples per median (default: 5)"
-    )
-    parser.add_argument("--quick", action="store_true", help="the smallest domain only, for a first look")
-    parser.add_argument(
-        "--exchange", action="store_true", help="only the exchange between processes, beside a plain ZeroMQ echo"
-    )
-    parser.add_argument("--out", metavar="FILE.json", help="write every sample there")
+    _add(parser, "--samples N", "samples per median (default: 5)", type=_integer, default=5)
+    _add(parser, "--quick", "the smallest domain only, for a first look")
+    _add(parser, "--exchange", "only the exchange between processes, beside a plain ZeroMQ echo")
+    _add(parser, "--out FILE.json", "write every sample there")
     parser.set_defaults(action="copepod_bench.bench:bench")
 
 
@@ -333,23 +364,13 @@ def _add_replay(commands: _Commands) -> None:
     )
     parser.add_argument("directory", metavar="RUN_DIR")
     which = parser.add_mutually_exclusive_group(required=True)
-    which.add_argument("--fluid", action="store_true", help="to a fluid component")
-    which.add_argument("--body", action="store_true", help="to a body component")
+    _add(which, "--fluid", "to a fluid component")
+    _add(which, "--body", "to a body component")
     which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
-    parser.add_argument(
-        "--tolerance",
-        type=argument_types.tolerance,
-        default=0.0,
-        metavar="X",
-        help="relative difference allowed (default: 0)",
-    )
-    parser.add_argument(
-        "--ranks", type=argument_types.ranks, default=1, metavar="N", help="MPI ranks of our fluid (default: 1)"
-    )
-    parser.add_argument(
-        "--attempt", type=argument_types.integer, metavar="N", help="of a resumed run (default: the last)"
-    )
-    parser.add_argument("--out", metavar="DIR", help="with --as: keep the new run in this directory")
+    _add(parser, "--tolerance X", "relative difference allowed (default: 0)", type=_tolerance, default=0.0)
+    _add(parser, "--ranks N", "MPI ranks of our fluid (default: 1)", type=_ranks, default=1)
+    _add(parser, "--attempt N", "of a resumed run (default: the last)", type=_integer)
+    _add(parser, "--out DIR", "with --as: keep the new run in this directory")
     parser.set_defaults(action="copepod_command.kit_tools:replay")
 
 
@@ -366,8 +387,8 @@ def _add_test(commands: _Commands) -> None:
 
 def _add_setup(commands: _Commands) -> None:
     parser = commands.add_parser("setup", help="install packages and build, nothing else")
-    parser.add_argument("--ci", action="store_true", help="also the packages of .ci/run: clang-tidy, black, gcovr, …")
-    parser.add_argument("--packages-only", action="store_true", help="do not build")
+    _add(parser, "--ci", "also the packages of .ci/run: clang-tidy, black, gcovr, …")
+    _add(parser, "--packages-only", "do not build")
     parser.set_defaults(action="copepod_command.actions:setup")
 
 
@@ -391,5 +412,5 @@ def _add_manual(commands: _Commands) -> None:
         description="Shows the manual page of the command or of one of its subcommands, or writes all of them.",
     )
     parser.add_argument("page", nargs="?", metavar="COMMAND", help="subcommand (default: the page of copepod)")
-    parser.add_argument("--out", metavar="FOLDER", help="write copepod.1, copepod-run.1, … there")
+    _add(parser, "--out FOLDER", "write copepod.1, copepod-run.1, … there")
     parser.set_defaults(action="copepod_command.documentation:manual")

@@ -73,7 +73,7 @@ class FlowPicture:
         else:
             when, bodies = f"step {self.window[0]} ({times[0]})", ""
         frame = f"relative to the velocity of {self.frame}" if self.frame else "in the laboratory frame"
-        if not all(_is_cut(run, body, self) for body in run.bodies() if len(run.trajectory)):
+        if not all(_is_cut(run, body, self) for body in run.bodies if len(run.trajectory)):
             bodies = "; ".join(filter(None, [bodies, "dashed: outside the plane"]))
         return f"{'; '.join(filter(None, [f'Flow in the {plane}, {when}, {frame}', bodies]))}."
 
@@ -141,11 +141,11 @@ def _bodies_named(run: RunRecord, name: str, option: str) -> list[Body]:
         lambda body: body.name.startswith(f"{name}."),
         lambda body: body.name.endswith(f".{name}"),
     ):
-        found = [body for body in run.bodies() if name and matches(body)]
+        found = [body for body in run.bodies if name and matches(body)]
         if found:
             return found
     if name:
-        known = [*dict.fromkeys(body.name.split(".")[0] for body in run.bodies()), *(b.name for b in run.bodies())]
+        known = [*dict.fromkeys(body.name.split(".")[0] for body in run.bodies), *(b.name for b in run.bodies)]
         raise _unusable(f"{option} {name}", run, f"it has {', '.join(dict.fromkeys(known[:12]))}", "Use one of them")
     return []
 
@@ -171,15 +171,11 @@ def strongest_plane(velocity: np.ndarray, extent_of_bodies: np.ndarray) -> tuple
     gradients = [
         (np.gradient(velocity, axis=2 - axis) ** 2).sum(axis=-1).mean() if shape[axis] > 1 else 0.0 for axis in range(3)
     ]
-    shares = sum(_shares(np.array(part)) for part in (energy, gradients, extent_of_bodies))
+    shares = sum(np.array(part) / (np.sum(part) or 1.0) for part in (energy, gradients, extent_of_bodies))
     shares = np.where(np.array(shape) > 1, shares, -1.0)  # a field that is one cell thick can be seen from one side
     normal = next(axis for axis in range(3) if shares[axis] <= shares.min() + _ALIKE)
     first, second = (axis for axis in range(3) if axis != normal)
     return (second, first) if shares[second] > shares[first] + _ALIKE else (first, second)
-
-
-def _shares(parts: np.ndarray) -> np.ndarray:
-    return parts / parts.sum() if parts.sum() > 0 else np.zeros(3)
 
 
 def _samples(run: RunRecord, window: Sequence[int]) -> np.ndarray:
@@ -210,7 +206,7 @@ def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) 
 
 def _middle_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int], normal: int) -> float:
     """Of the bodies, else of the first swimmer or body, else of the domain [m]."""
-    known = run.bodies() if len(run.trajectory) else []
+    known = run.bodies if len(run.trajectory) else []
     first = [body for body in known if body.name.split(".")[0] == known[0].name.split(".")[0]]
     places = [_place_m(run, body, window)[normal] for body in bodies or first]
     return float(np.mean(places)) if places else run.domain_m[normal] / 2
@@ -302,7 +298,7 @@ def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture) -> None:
     """Bodies as seen along the normal, and their images behind symmetry planes: only their outlines if they are outside
     the plane, and of obstacles where they cut it."""
     shown = [picture.along, picture.across]
-    for body in run.bodies() if len(run.trajectory) else []:
+    for body in run.bodies if len(run.trajectory) else []:
         triangles = body.surface.triangles
         colour = LIGHT.beads[body.place % len(LIGHT.beads)]
         for points in _with_images(run, _points_m(run, body, picture.window), shown):

@@ -2,7 +2,6 @@
 
 import base64
 import mimetypes
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,8 +15,9 @@ from copepod_report.style import picture_of, svg_of
 from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase
-from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text, percent_text
+from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text
 from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_rows
+from copepod_run.names import as_word
 
 _MOST_ROWS = 500  # of a table of swimmers
 PAGE = "report.html"
@@ -47,14 +47,8 @@ def page(title: str, sections: Sequence[str]) -> str:
     return str(HTML.page(title, _STYLE, sections)).lstrip()
 
 
-def _figure(svg: str, caption: str, wide: bool = False, narrow: str = "", files: Mapping[str, Path] = {}) -> str:
-    """A plot, `narrow` for narrow windows, and what can be saved from it, by what it is called."""
-    pictures = [base64.b64encode(text.encode()).decode() for text in (svg, narrow)]
-    saved = [
-        (label, path.name, mimetypes.guess_type(path)[0], base64.b64encode(path.read_bytes()).decode())
-        for label, path in files.items()
-    ]
-    return str(HTML.figure(*pictures, caption, wide, saved))
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode()
 
 
 class Canvas:
@@ -85,7 +79,9 @@ class Canvas:
                 path = self.write(f"{each}.{kind}", picture_of(picture, kind, caption))
                 if narrow is not None and kind != "png":
                     files[f"{kind.upper()} {2.54 * picture.get_figwidth():.1f} cm"] = path
-        return [_figure(svg_of(figure), caption, wide, svg_of(narrow) if narrow else "", files)]
+        shown = [_text(svg_of(each).encode()) if each else "" for each in (figure, narrow)]
+        saved = [(label, at.name, mimetypes.guess_type(at)[0], _text(at.read_bytes())) for label, at in files.items()]
+        return [str(HTML.figure(*shown, caption, wide, saved))]
 
     def write(self, name: str, content: bytes) -> Path:
         """A new file in the folder, whatever the name: neither it nor a link of this name leads elsewhere.
@@ -93,7 +89,7 @@ class Canvas:
         It replaces that of an earlier report. Raises Stop(2) where another file is in the way.
         """
         assert self.folder
-        path = self.folder / re.sub(r"[^\w.+=-]+", "_", name)
+        path = self.folder / as_word(name)
         if self._replaces or path in self._written:
             path.unlink(missing_ok=True)
         try:
@@ -135,13 +131,6 @@ def comparison_columns(rows: Sequence[Row]) -> list[tuple[str, str]]:
     return [(key, heading) for key, heading in FIGURES.items() if any(key in cells for _, _, cells in rows)]
 
 
-def cell_texts(figure: Figure) -> tuple[str, ...]:
-    """Ours, the published figure and the deviation from it: «9.12e-06», «9.05e-06», «+0.8 %»; or ours only."""
-    if figure.published is None:
-        return (number_text(figure.ours),)
-    return number_text(figure.ours), number_text(figure.published), percent_text(figure.deviation_percent)
-
-
 def comparison_section(
     runs: Sequence[RunRecord], anchors: Sequence[str], first: Sequence[str], others: Sequence[str]
 ) -> str:
@@ -157,7 +146,7 @@ def comparison_section(
         link = Markup('<a href="#{}">{}</a>').format(anchors[number], run.name)
         label = (link, swimmer_name) if len(measured(run.summary)) > 1 else link
         parameters = [axis.number(axis.places[number]) for axis in swept]
-        values = [cell_texts(cells[key]) if key in cells else "" for key, _ in columns]
+        values = [cells[key].texts() if key in cells else "" for key, _ in columns]
         texts.append([label, *parameters, *values])
     return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, first, others))
 

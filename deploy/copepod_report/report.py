@@ -10,7 +10,7 @@ from copepod_report.fields import times_in
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, RunResult
 from copepod_report.run_record import collect, name_apart, read_file
 from copepod_report.page import PAGE, Canvas
-from copepod_report.style import png_of
+from copepod_report.style import picture_of
 from copepod_report.swarm import Swarm
 from copepod_report.sweeps import Choice, axes_of
 from copepod_run import packages
@@ -44,7 +44,8 @@ def write_report(
         name_apart(collected)
         if flow_view != flow.View() and not any((run.directory / "fields.h5").exists() for run in collected):
             raise BadCase("there is no flow to draw (no run recorded one). Set output.fields in the case.")
-        folder, title = Path(out), f"Copepod: {_title(directories, collected)}"
+        of_several = _names(directories) if len(directories) < 4 else f"{len(collected)} runs"
+        folder, title = Path(out), f"Copepod: {collected[0].name if len(collected) == 1 else of_several}"
         make_folder(folder)
         canvas = Canvas(folder, formats)
         films = {run.name: film_of(run, flow_view) for run in collected} if video else {}
@@ -104,12 +105,6 @@ def _sections(collected: Sequence[RunRecord], canvas: Canvas, flow_view: flow.Vi
         sections.append(page.run_section(run, anchor, figures, swept, folded=len(runs) > 3))
     sections.append(view.scripts())
     return sections
-
-
-def _title(directories: Sequence[str], runs: Sequence[RunRecord]) -> str:
-    if len(runs) == 1:
-        return runs[0].name
-    return _names(directories) if len(directories) < 4 else f"{len(runs)} runs"
 
 
 def _names(directories: Sequence[str]) -> str:
@@ -183,7 +178,7 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
         picture = _picture(run, fixed, step)
         figure = flow.draw(run, picture, top_m_per_s)
         figure.axes[0].set_title(quantity_text(step * run.summary["step_s"], "s"), loc="left", fontsize=9)
-        pictures.append(png_of(figure))
+        pictures.append(picture_of(figure))
     rate = min(max(len(steps) / _SHOWN_FOR_S, 2), 25)
     made = subprocess.run(
         ["ffmpeg", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", f"{rate:g}", "-i", "-"]

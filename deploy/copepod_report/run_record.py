@@ -119,17 +119,14 @@ class RunRecord(RunResult):
         return ["–".join(body.removeprefix(f"{name}.") for body in pair) for pair in ends]
 
     @cached_property
-    def _bodies(self) -> dict[str, Body]:
-        return bodies_of(self.case)
-
     def bodies(self) -> list[Body]:
         """Those that are in the trajectory, in its order."""
-        known = self._bodies
+        known = bodies_of(self.case)
         return [known[name] for name in self.trajectory.bodies if name in known]
 
     def parameters(self) -> str:
         """What a caption has to give: case, radius, cell size, step, relaxation time, period, Reynolds number."""
-        radii = sorted({radius for body in self.bodies() if (radius := body.surface.radius_m)})
+        radii = sorted({radius for body in self.bodies if (radius := body.surface.radius_m)})
         periods = {swimmer.period for swimmer in self.swimmers if swimmer.period}
         reynolds = [at(entry, "Re_swim") or at(entry, "kinematics.Re") for entry in measured(self.summary)]
         step_s, relaxation_time = self.summary.get("step_s"), at(self.case, "fluid.relaxation_time")

@@ -1,6 +1,5 @@
 """How far a run is and how it ended, from what its directory holds; it may still be running."""
 
-import os
 import re
 import time
 from dataclasses import dataclass
@@ -9,7 +8,7 @@ from typing import Any
 
 from copepod_run.errors import BY_SIGNAL
 from copepod_run.figures import at
-from copepod_run.run_directory import Lock, last_checkpoint_step, read_object, take_lock
+from copepod_run.run_directory import Lock, last_checkpoint_step, lock_of, read_object
 
 _RECORDED_WITHIN_S = 60.0  # by a run that continues
 
@@ -69,15 +68,9 @@ def _is_in_use(directory: Path) -> bool:
     """Whether a command runs there: it holds the lock on the folder, or has just recorded its progress where there are
     no locks."""
     try:
-        descriptor = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    except OSError:
-        return False
-    try:
-        found = take_lock(descriptor)
+        found = lock_of(directory)
         if found is not Lock.IMPOSSIBLE:
             return found is Lock.HELD
         return time.time() - (directory / "logs/progress.json").stat().st_mtime < _RECORDED_WITHIN_S
-    except OSError:  # no progress yet
+    except OSError:  # no such folder, or no progress yet
         return False
-    finally:
-        os.close(descriptor)

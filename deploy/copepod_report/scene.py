@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from copepod_report.trajectory import chosen_samples
 from copepod_run.errors import BadCase
 from copepod_run.figures import prefix_of
 
@@ -59,24 +58,16 @@ class Samples:
     orientation_wxyz: np.ndarray
     speed_m_per_s: np.ndarray
 
-    def thinned(self, most: int) -> "Samples":
-        """At most `most` samples at equal distances, and the last one."""
-        chosen = chosen_samples(len(self.steps), most)
-        arrays = (self.steps, self.time_s, self.position_m, self.orientation_wxyz, self.speed_m_per_s)
-        return Samples(self.bodies, *(array[chosen] for array in arrays))
-
 
 def most_frames(bodies: int, views: int = 1) -> int:
     """Frames that a view of so many bodies shows; a page of many views shares the size of four."""
     return max(2, min(MOST_FRAMES, 4 * MOST_SAMPLES // max(views, 4) // max(bodies, 1)))
 
 
-def scene_of(
-    name: str, case: Mapping[str, Any], cell_size_m: float | None, samples: Samples, views: int = 1
-) -> dict[str, Any]:
+def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samples: Samples) -> dict[str, Any]:
     """Everything that the view of a run draws, as JSON; lengths in `unit`.
 
-    `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice; `views`: of the page.
+    `case`: as the coupler resolves it; `cell_size_m`: None where there is no lattice.
     """
     surfaces, numbers = surfaces_of(case), case["surfaces"]["bodies"]
     places = _places_of(case)
@@ -100,7 +91,7 @@ def scene_of(
         "up": [-component for component in case.get("gravity_m_per_s2") or [0, 0, 0]],
         "box": _box(case.get("fluid") or {}, cell_size_m, metres),
         "period_steps": _period(case),
-        "motion": _motion(samples.thinned(most_frames(len(samples.bodies), views)), metres),
+        "motion": _motion(samples, metres),
     }
 
 

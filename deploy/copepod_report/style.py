@@ -99,18 +99,13 @@ def colour_bar(figure: Any, drawn: Any, label: str = "", **place: Any) -> Any:
     return bar
 
 
-def png_of(figure: Any) -> bytes:
-    """The figure as PNG bytes."""
-    return picture_of(figure, "png")
-
-
 _DESCRIPTION = {"png": "Description", "svg": "Description", "pdf": "Subject"}  # where each format keeps a caption
 _WITHOUT_DATE: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _PRINT_RESOLUTION = 300  # of a map of colours inside a vector figure
 _SETTINGS = {"svg.fonttype": "none", "svg.hashsalt": "copepod", "pdf.fonttype": 42}
 
 
-def picture_of(figure: Any, kind: str, description: str = "") -> bytes:
+def picture_of(figure: Any, kind: str = "png", description: str = "") -> bytes:
     """The figure as PNG, SVG or PDF, with its text as text; the same figure gives the same bytes."""
     stream = io.BytesIO()
     metadata: dict[str, str | None] = {
@@ -141,7 +136,11 @@ def svg_of(figure: Any) -> str:
         text = _drawn(figure)
     variables = {colour: f"var(--c{number})" for number, colour in enumerate(LIGHT.colours())}
     text = re.sub(r"((?:fill|stroke): )(#\w{6})", lambda found: found[1] + variables.get(found[2], found[2]), text)
-    style = "{} @media (prefers-color-scheme: dark) {{ {} }}".format(*map(_declarations, (LIGHT, _DARK)))
+    light, dark = (
+        f":root {{ {' '.join(f'--c{number}: {colour};' for number, colour in enumerate(theme.colours()))} }}"
+        for theme in (LIGHT, _DARK)
+    )
+    style = f"{light} @media (prefers-color-scheme: dark) {{ {dark} }}"
     family = "text { font-family: 'DejaVu Sans', Verdana, sans-serif !important }"  # of which one is on every machine
     return text.replace('<style type="text/css">', f'<style type="text/css">{style} {family} ', 1)
 
@@ -152,7 +151,3 @@ def _drawn(figure: Any) -> str:
     with rc_context(_SETTINGS):
         FigureCanvasSVG(figure).print_svg(stream, metadata=_WITHOUT_DATE["svg"])
     return stream.getvalue()
-
-
-def _declarations(theme: Theme) -> str:
-    return f":root {{ {' '.join(f'--c{number}: {colour};' for number, colour in enumerate(theme.colours()))} }}"

@@ -1,7 +1,5 @@
 """Results over the swept keys: curves, and a map where two keys form a grid."""
 
-import csv
-import io
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -16,7 +14,8 @@ from copepod_report.run_record import RunResult
 from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, WIDTH_INCHES
 from copepod_report.style import colour_bar, legend_above, new_figure
 from copepod_run.errors import BadCase
-from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, number_text, prefix_of, swarm_rows
+from copepod_run.figures import FIGURES, MOST_TABLES, Figure, csv_text, figures_by_name, number_text, prefix_of
+from copepod_run.figures import swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
@@ -322,9 +321,7 @@ def values_csv(sweep: SweepRecord, result: Result) -> str:
         result.heading: result.values.tolist(),
         FIGURES["change_percent"]: ["" if math.isnan(change) else change for change in result.changes.tolist()],
     }
-    stream = io.StringIO()
-    csv.writer(stream, lineterminator="\n").writerows([list(columns), *zip(*columns.values())])
-    return stream.getvalue()
+    return csv_text(columns)
 
 
 def first_figures(runs: Sequence[RunResult], draw: Draw, choice: Choice) -> list[str]:

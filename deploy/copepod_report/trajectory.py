@@ -167,6 +167,7 @@ class Trajectory:
         `may_be_empty`.
         """
         path = trajectory_in(path) if path.is_dir() else path
+        self.directory = path.parent
         self._form = _form_of(path)
         self.steps = self.time_s = np.empty(0, np.int64)
         if path.exists() or not may_be_empty:

@@ -32,7 +32,7 @@ def of_run(run: RunRecord, views: int = 1) -> str:
         trajectory.some_of("orientation_wxyz", shown),
         np.linalg.norm(trajectory.some_of("velocity_m_per_s", shown), axis=-1),
     )
-    scene = scene_of(run.name, run.case, run.cell_size_m, samples, views)
+    scene = scene_of(run.name, run.case, run.cell_size_m, samples)
     return figure({**scene, "flow": flow_slice(run, scene["box"])})
 
 

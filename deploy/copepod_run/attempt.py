@@ -6,12 +6,11 @@ import os
 import secrets
 import shlex
 from argparse import Namespace
-from contextlib import ExitStack
-from pathlib import Path
+from contextlib import ExitStack, suppress
 
 from copepod_run import components, hosts
 from copepod_run.errors import BadCase
-from copepod_run.launcher import Launcher, Process
+from copepod_run.launcher import Launcher
 from copepod_run.messages import complain, keep_drawn, say
 from copepod_run.plan import Plan
 from copepod_run.progress import Progress
@@ -55,12 +54,21 @@ def attempt(options: Namespace, plan: Plan, directory: RunDirectory, resume: boo
         commands = {"coupler": components.coupler_command(options, plan, directory.path, connection, resume)}
         if plan.transport != components.IN_PROCESS:
             commands |= {role: components.component_command(plan, role, connection) for role in components.ROLES}
-        events, writing_end = _pipe(stack)
+        events, writing_end = os.pipe()
+        stack.callback(os.close, events)
+        with suppress(OSError):  # beyond the user's quota for pipes; the default size works too
+            fcntl.fcntl(events, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+        processes = []
         try:
-            processes = [
-                _start(launcher, plan, name, command, environment, connection.logs, writing_end)
-                for name, command in commands.items()
-            ]
+            for name, command in commands.items():
+                stdout = writing_end if name == "coupler" else None  # takes its events
+                processes.append(launcher.start(name, command, environment, connection.logs, stdout))
+        except OSError as problem:
+            if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):  # its output cannot be written
+                raise
+            # Without what the run adds to it: the token must not be shown.
+            shown = shlex.join(components.program_of(plan, name) if name in components.ROLES else command[:1])
+            raise BadCase(f"{name} cannot be started ({problem}). Check this command: {shown}") from None
         finally:
             os.close(writing_end)
         watch = Watch(launcher, processes, events, signals, display, plan.fluid_ranks)
@@ -80,34 +88,3 @@ def attempt(options: Namespace, plan: Plan, directory: RunDirectory, resume: boo
         elif ending.signal:
             directory.record_exit(128 + ending.signal, f"stopped by signal {ending.signal}")
     return ending
-
-
-def _start(
-    launcher: Launcher,
-    plan: Plan,
-    name: str,
-    command: list[str],
-    environment: dict[str, str],
-    logs: Path,
-    events: int,
-) -> Process:
-    """Starts one of the three; the coupler writes its events to `events`."""
-    try:
-        return launcher.start(name, command, environment, logs, events if name == "coupler" else None)
-    except OSError as problem:
-        if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):  # its output cannot be written
-            raise
-        # Without what the run adds to it: the token must not be shown.
-        shown = shlex.join(components.program_of(plan, name) if name in components.ROLES else command[:1])
-        raise BadCase(f"{name} cannot be started ({problem}). Check this command: {shown}") from None
-
-
-def _pipe(stack: ExitStack) -> tuple[int, int]:
-    """(reading end, writing end), with room for many events; the reading end is closed by `stack`."""
-    reading_end, writing_end = os.pipe()
-    stack.callback(os.close, reading_end)
-    try:
-        fcntl.fcntl(reading_end, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
-    except OSError:  # beyond the user's quota for pipes; the default size works too
-        pass
-    return reading_end, writing_end

@@ -48,13 +48,9 @@ def _may_need_all(options: Namespace) -> bool:
     return bool(_OF_SOME_CASES.search(text + " ".join(words).encode()))
 
 
-def ensure_everything() -> None:
-    """Packages and all targets, tests included."""
-    ensure_targets(())
-
-
-def ensure_targets(targets: Sequence[str]) -> None:
-    """Builds `targets` (none: all) unless they are up to date. Raises Stop(1) with the compiler's errors."""
+def ensure_targets(targets: Sequence[str] = ()) -> None:
+    """Packages and `targets` (none: all, tests included), unless they are up to date. Raises Stop(1) with the
+    compiler's errors."""
     if chosen_programs() or _only_its_owner_builds():
         return
     packages.ensure()
@@ -63,19 +59,14 @@ def ensure_targets(targets: Sequence[str]) -> None:
             "cmake and ninja are not in PATH (not a Debian machine?). Install them, g++ 12 "
             "and these libraries' equivalents: " + " ".join(packages.BUILD_AND_RUN)
         )
-    if _is_up_to_date(targets):
+    ask = ["ninja", "-n", "-C", str(BUILD), *targets]  # takes no lock: another build is not waited for
+    if _is_configured() and b"no work to do" in subprocess.run(ask, capture_output=True).stdout:
         return
     BUILD.mkdir(exist_ok=True)
     with _one_build_at_a_time():
         if not _is_configured():
             _configure()
         _build(targets)
-
-
-def parallel_jobs() -> int:
-    """Compilers at once: one per core, fewer if the memory is small."""
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return max(1, min(len(os.sched_getaffinity(0)), int(memory / _BYTES_PER_COMPILER)))
 
 
 def _only_its_owner_builds() -> bool:
@@ -89,12 +80,6 @@ def _only_its_owner_builds() -> bool:
         f"{folder} belongs to another user and holds no complete build (you may not write there). "
         f"Ask its owner to run: {ROOT}/deploy/copepod setup"
     )
-
-
-def _is_up_to_date(targets: Sequence[str]) -> bool:
-    """Whether ninja would do nothing; takes no lock, so that another build is not waited for."""
-    command = ["ninja", "-n", "-C", str(BUILD), *targets]
-    return _is_configured() and b"no work to do" in subprocess.run(command, capture_output=True).stdout
 
 
 @contextmanager
@@ -163,10 +148,11 @@ def _configure() -> None:
 
 def _build(targets: Sequence[str]) -> None:
     """Runs ninja; prints nothing if that is over in a moment."""
-    environment = dict(os.environ, NINJA_STATUS="[%f/%t] ")
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    jobs = max(1, min(len(os.sched_getaffinity(0)), int(memory / _BYTES_PER_COMPILER)))
     ninja = subprocess.Popen(
-        ["ninja", "-C", str(BUILD), "-j", str(parallel_jobs()), *targets],
-        env=environment,
+        ["ninja", "-C", str(BUILD), "-j", str(jobs), *targets],
+        env={**os.environ, "NINJA_STATUS": "[%f/%t] "},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -177,7 +163,13 @@ def _build(targets: Sequence[str]) -> None:
         if ninja.poll() == 0:
             return
         with Stage(f"building (log: {_LOG})") as stage:
-            _follow(beginning, ninja.stdout, stage)
+            with open(_LOG, "wb") as log:
+                log.write(beginning)
+                for line in iter(ninja.stdout.readline, b""):
+                    log.write(line)
+                    log.flush()
+                    if counter := _COUNTER.match(line):
+                        stage.count(int(counter[1]), int(counter[2]))
             if ninja.wait() != 0:
                 raise Stop(ExitCode.FAILED, _failure("the build failed"))
     finally:
@@ -198,17 +190,6 @@ def _output_of_first_moment(process: subprocess.Popen[bytes], stdout: IO[bytes])
             break
         output += received
     return output
-
-
-def _follow(beginning: bytes, stream: IO[bytes], stage: Stage) -> None:
-    """Copies ninja's output to build.log and its counter to the stage's line."""
-    with open(_LOG, "wb") as log:
-        log.write(beginning)
-        for line in iter(stream.readline, b""):
-            log.write(line)
-            log.flush()
-            if counter := _COUNTER.match(line):
-                stage.count(int(counter[1]), int(counter[2]))
 
 
 def _failure(what: str) -> str:

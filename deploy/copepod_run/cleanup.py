@@ -54,13 +54,14 @@ def _signal_until_gone(mark: str, numbers: Iterable[int], patience_s: float) -> 
         for pid in alive:
             if pid not in signalled:
                 signalled.add(pid)
-                _send(pid, numbers)
+                send(pid, *numbers)
         if not alive or time.monotonic() > deadline:
             return len(alive)
         time.sleep(0.02)
 
 
-def _send(pid: int, numbers: Iterable[int]) -> None:
+def send(pid: int, *numbers: int) -> None:
+    """These signals; nothing if the process has ended."""
     with suppress(ProcessLookupError, PermissionError):
         for number in numbers:
             os.kill(pid, number)
@@ -71,9 +72,13 @@ def claim(folder: str | Path, mark: str) -> None:
 
     The mark holds for this folder only, not for a copy of it: the file names the folder's inode.
     """
-    descriptor = os.open(Path(folder, CLAIM), os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "w") as file:
-        file.write(f"{mark} {os.stat(folder).st_ino}\n")
+    write_private(Path(folder, CLAIM), f"{mark} {os.stat(folder).st_ino}\n")
+
+
+def write_private(path: str | Path, text: str) -> None:
+    """A new file that only its owner can read. Raises OSError."""
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        file.write(text)
 
 
 def is_claimed(folder: str | Path, mark: str | None = None) -> bool:

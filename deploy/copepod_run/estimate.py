@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -159,10 +160,8 @@ def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
     elif summary.get("wall_s") and not summary.get("resumed_from_step"):
         seconds = summary["wall_s"] / plan.steps
         speeds[_solver_of(plan)] = {str(plan.estimate.get("bodies", 1)): seconds}  # of the latest run only
-    try:
+    with suppress(OSError):  # a read-only checkout; only an estimate is lost
         _SPEEDS.write_text(json.dumps(speeds, indent=2) + "\n")
-    except OSError:  # a read-only checkout; only an estimate is lost
-        pass
 
 
 def time_text(plan: Plan) -> str:

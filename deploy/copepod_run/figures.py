@@ -1,5 +1,7 @@
 """The figures of summary.json: a swimmer's beside published ones, and the result table at the end of a run."""
 
+import csv
+import io
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -49,6 +51,14 @@ class Figure:
         if self.ours is None or not self.published:
             return None
         return 100.0 * (self.ours - self.published) / abs(self.published)
+
+    def texts(self) -> tuple[str, ...]:
+        """Ours, the published figure and the deviation from it: «9.12e-06», «9.05e-06», «+0.8 %»; or ours only."""
+        if self.published is None:
+            return (number_text(self.ours),)
+        deviation = self.deviation_percent
+        change = "" if deviation is None else f"{deviation:+.1f} %".replace("-", "−")
+        return number_text(self.ours), number_text(self.published), change
 
 
 def compared(swimmer: Mapping[str, Any]) -> dict[str, Figure]:
@@ -131,11 +141,6 @@ def quantity_text(value: float, unit: str) -> str:
         return f"0 {unit}"
     power, prefix = prefix_of(value)
     return f"{value / 10**power:.4g} {prefix}{unit}"
-
-
-def percent_text(value: float | None) -> str:
-    """«+1.3 %», «−0.4 %»; empty for None."""
-    return "" if value is None else f"{value:+.1f} %".replace("-", "−")
 
 
 # key of a swimmer's summary, what to call it, unit
@@ -222,7 +227,12 @@ def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if summary.get("mlups"):
         ranks = "1 rank" if summary.get("ranks", 1) == 1 else f"{summary['ranks']} ranks"
         rows.append(("speed", f"{summary['mlups']:.1f} MLUPS, {summary.get('precision', '')} precision, {ranks}"))
-    rows += _timing_rows(summary.get("timing") or {}, has_fluid=bool(summary.get("mlups")))
+    timing = summary.get("timing") or {}
+    names = {"fluid_s": "fluid", "body_s": "bodies", "coupler_s": "coupler", "exchange_wait_s": "waiting"}
+    if parts := [f"{part} {timing[key]:.2f} s" for key, part in names.items() if timing.get(key) is not None]:
+        rows.append(("time spent", ", ".join(parts)))
+    if summary.get("mlups") and timing.get("coupling_overhead") is not None:  # on top of the fluid, where there is one
+        rows.append(("coupling overhead", f"{100 * timing['coupling_overhead']:.2f} %"))
     if summary.get("mass_drift") is not None:
         rows.append(("mass drift", f"{summary['mass_drift'] * 1e6:.2g} ppm"))
     if summary.get("momentum_drift") is not None:
@@ -281,18 +291,6 @@ def _with_derived(kinematics: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _timing_rows(timing: Mapping[str, float], has_fluid: bool) -> list[tuple[str, str]]:
-    """Time spent by the three processes, and what the coupling cost on top of the fluid where there is one."""
-    rows = []
-    names = {"fluid_s": "fluid", "body_s": "bodies", "coupler_s": "coupler", "exchange_wait_s": "waiting"}
-    parts = [f"{name} {timing[key]:.2f} s" for key, name in names.items() if timing.get(key) is not None]
-    if parts:
-        rows.append(("time spent", ", ".join(parts)))
-    if has_fluid and timing.get("coupling_overhead") is not None:
-        rows.append(("coupling overhead", f"{100 * timing['coupling_overhead']:.2f} %"))
-    return rows
-
-
 def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
     rows = swimmer_rows(swimmer)
     name = swimmer.get("name", "swimmer")
@@ -313,3 +311,10 @@ def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
 def markdown_table(heads: str, rows: Iterable[str]) -> str:
     """A table in Markdown; heads and cells of a row are separated by « | » already."""
     return "\n".join([f"| {heads} |", "|" + "---|" * (heads.count("|") + 1), *(f"| {row} |" for row in rows)])
+
+
+def csv_text(columns: Mapping[str, Iterable[Any]]) -> str:
+    """A table of columns, by their heading, as CSV."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([list(columns), *zip(*columns.values())])
+    return stream.getvalue()

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from copepod_run import hosts
@@ -22,11 +23,9 @@ def main(host: str, words: list[str]) -> int:
     command = hosts.connecting_command(host, hosts.guard_command(STARTER, order["mark"]))
     process = start_child(command, signal.SIGKILL, stdin=subprocess.PIPE)
     assert process.stdin is not None
-    try:
+    with suppress(OSError):  # seen below
         process.stdin.write(json.dumps({**order, "host": host, "command": " ".join(words)}).encode() + b"\n")
         process.stdin.flush()
-    except OSError:  # seen below
-        pass
     code = process.wait()
     if code < 0 or code == 255:
         how = f"was killed by signal {-code}" if code < 0 else "ended with code 255"

@@ -21,16 +21,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from copepod_run.cleanup import (
-    COMPONENT,
-    MARK,
-    Guard,
-    claim,
-    end_marked,
-    is_claimed,
-    marked_processes,
-    remove_folders,
-)
+from copepod_run import cleanup
 from copepod_run.processes import ENDED, Attention, Looker, adopt_orphans, reap_orphans, start_child, state_of
 
 GUARD = "COPEPOD_GUARD"  # in the environment of the guard that watches, with the mark of the run
@@ -105,9 +96,9 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     locks: list[int] = []
     problem = _problem(order) or _make_folders(order, locks)
     os.environ.pop(GUARD, None)
-    cleaner = Guard(f"{MARK}={order['mark']}", order["folders"])  # if this process is killed
+    cleaner = cleanup.Guard(f"{cleanup.MARK}={order['mark']}", order["folders"])  # if this process is killed
     address = os.environ.get("SSH_CONNECTION", "").partition(" ")[0]
-    _answer(ready=True, problem=problem, address=address, build="" if problem else digest(order["program"]))
+    _answer("ready", problem=problem, address=address, build="" if problem else digest(order["program"]))
     looker = Looker(order["host"])
     confirmed = time.monotonic()  # when the last answer was sent that has arrived
     asked = confirmed
@@ -126,37 +117,38 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
                 confirmed = max(confirmed, sent.get(question["received"], 0.0))
                 sent = {number: then for number, then in sent.items() if number > question["received"]}
                 sent[question["ping"]] = asked
-                pids = [pid for name in (MARK, STARTER) for pid in marked_processes(f"{name}={order['mark']}")]
+                marks = [f"{name}={order['mark']}" for name in (cleanup.MARK, STARTER)]
+                pids = [pid for mark in marks for pid in cleanup.marked_processes(mark)]
                 wrong = looker.wrong(pids, fluid_lives=True)  # unless mpirun has ended, too
-                _answer(pong=question["ping"], wrong=[asdict(each) for each in wrong])
+                _answer("pong", ping=question["ping"], wrong=[asdict(each) for each in wrong])
         if attention.was_away():  # and so was the command
             confirmed = time.monotonic()
         if time.monotonic() - asked > _SILENT_S:
             sign.look()
-        present = set(marked_processes(f"{STARTER}={order['mark']}"))
+        present = set(cleanup.marked_processes(f"{STARTER}={order['mark']}"))
         if any(state_of(pid) in ENDED for pid in starters - present):
             # It was killed. What it had started keeps the connection open, and mpirun would notice nothing.
             _end_all(order["mark"])
         starters = present
     left = _end_all(order["mark"])
-    for starter in marked_processes(f"{STARTER}={order['mark']}"):
-        _signal(starter, signal.SIGKILL)
-    remove_folders(order["folders"])
+    for starter in cleanup.marked_processes(f"{STARTER}={order['mark']}"):
+        cleanup.send(starter, signal.SIGKILL)
+    cleanup.remove_folders(order["folders"])
     cleaner.dismiss()
     if is_over:
-        _answer(ended=left)
+        _answer("ended", left=left)
     return 0
 
 
 def _start(order: dict[str, Any], lines: _Lines) -> int:
     """Carries out the command as ssh would, and ends with it; also ends it, and all the rest, with the connection."""
     mark, host = order["mark"], order["host"]
-    watcher = next(iter(marked_processes(f"{GUARD}={mark}")), None)
+    watcher = next(iter(cleanup.marked_processes(f"{GUARD}={mark}")), None)
     if watcher is None:
         _report(host, "its guard has ended, and nothing is started without it.")
         return 1
     own = {name: value for name, value in os.environ.items() if name not in (GUARD, STARTER, "PYTHONPATH")}
-    environment = {**own, **order["environment"], MARK: mark, COMPONENT: order["component"]}
+    environment = {**own, **order["environment"], cleanup.MARK: mark, cleanup.COMPONENT: order["component"]}
     shell = ["/bin/sh", "-c", order["command"]]
     process = start_child(shell, signal.SIGKILL, env=environment, cwd=order["cwd"], stdin=subprocess.DEVNULL)
     ended = os.pidfd_open(process.pid)
@@ -179,12 +171,14 @@ def _start(order: dict[str, Any], lines: _Lines) -> int:
     if code != 0:  # what it had started goes with it
         _end_all(mark)
     if code is None:
-        _signal(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone
+        cleanup.send(watcher, signal.SIGCONT)  # it sees by itself that the connection is gone
         return 1
     if code < 0 or code > 128:
         number = -code if code < 0 else code - 128
         if number != signal.SIGTERM:  # which the other guard sends when the run has ended
-            _report(host, f"{_program(order['command'])} was killed by signal {number}.")
+            words = (word for word in order["command"].split() if "=" not in word)
+            program = next((word for word in words if not word.startswith(("export", ";"))), order["command"])
+            _report(host, f"{Path(program).name} was killed by signal {number}.")
         return 128 + number
     return code
 
@@ -215,17 +209,15 @@ def _make_folders(order: dict[str, Any], locks: list[int]) -> str:
             folder = Path(name)
             with suppress(FileExistsError):  # /tmp is shared
                 folder.mkdir(mode=0o700)
-                claim(folder, order["mark"])
-            if not is_claimed(folder, order["mark"]):
+                cleanup.claim(folder, order["mark"])
+            if not cleanup.is_claimed(folder, order["mark"]):
                 return f"{folder} is in the way (not made by this run). Run again."
             locks.append(os.open(folder, os.O_RDONLY | os.O_DIRECTORY))
             with suppress(OSError):
                 fcntl.flock(locks[-1], fcntl.LOCK_SH | fcntl.LOCK_NB)
         for name, content in order["files"].items():
             with suppress(FileExistsError):  # likewise
-                descriptor = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-                with os.fdopen(descriptor, "w") as file:
-                    file.write(content)
+                cleanup.write_private(name, content)
     except OSError as problem:
         return f"{problem.filename} cannot be made ({problem.strerror}). Free space there, or ask its owner."
     return ""
@@ -236,25 +228,14 @@ def digest(program: str) -> str:
 
 
 def _end_all(mark: str) -> int:
-    left = end_marked(f"{MARK}={mark}")
+    left = cleanup.end_marked(f"{cleanup.MARK}={mark}")
     reap_orphans()
     return left
 
 
-def _program(command: str) -> str:
-    """Name of the program in a shell command, for a message."""
-    words = [word for word in command.split() if "=" not in word and not word.startswith(("export", ";"))]
-    return Path(words[0]).name if words else command
-
-
-def _signal(pid: int, number: int) -> None:
-    with suppress(ProcessLookupError, PermissionError):
-        os.kill(pid, number)
-
-
-def _answer(**words: Any) -> None:
+def _answer(event: str, **words: Any) -> None:
     with suppress(OSError):  # the connection is gone, which stdin shows too
-        os.write(1, json.dumps(words).encode() + b"\n")
+        os.write(1, json.dumps({"event": event, **words}).encode() + b"\n")
 
 
 def _report(host: str, reason: str) -> None:

@@ -23,6 +23,7 @@ from copepod_run.messages import Stage, say
 from copepod_run.outcome import Failure, lost
 from copepod_run.plan import Plan
 from copepod_run.processes import Wrong, family_of, start_child
+from copepod_run.progress import Event, EventReader
 from copepod_run.scratch import Scratch, fresh_folder
 
 _READY_WITHIN_S = 30.0
@@ -47,7 +48,7 @@ class HostConnection:
         self.left: int | None = None  # processes that could not be ended, once the guard has ended the others
         self._answered = time.monotonic()
         self._asked = self._received = 0
-        self._rest = b""
+        self._reader = EventReader()  # passes over what a login script prints
         self._is_ready = self.is_closed = False
         command = hosts.connecting_command(host, hosts.guard_command(GUARD, mark))
         self._popen = start_child(command, signal.SIGKILL, stdin=PIPE, stdout=PIPE, stderr=PIPE)
@@ -114,9 +115,8 @@ class HostConnection:
             except BlockingIOError:
                 return
             self.is_closed = not received
-            *lines, self._rest = (self._rest + received).split(b"\n")
-            for line in lines:
-                self._take(line)
+            for answer in self._reader.feed(received):
+                self._take(answer)
 
     def why_closed(self) -> str:
         """The last line of ssh, or how it ended."""
@@ -139,21 +139,15 @@ class HostConnection:
             with suppress(OSError):
                 pipe.close()
 
-    def _take(self, line: bytes) -> None:
-        try:
-            answer = json.loads(line)
-        except ValueError:  # what a login script prints
-            return
-        if not isinstance(answer, dict):
-            return
+    def _take(self, answer: Event) -> None:
         self._answered = time.monotonic()
-        if "ready" in answer:
+        if answer["event"] == "ready":
             self._check(answer)
-        elif "pong" in answer:
-            self._received = answer["pong"]
+        elif answer["event"] == "pong":
+            self._received = answer["ping"]
             self.wrong = [Wrong(**wrong) for wrong in answer["wrong"]]
-        elif "ended" in answer:
-            self.left = answer["ended"]
+        elif answer["event"] == "ended":
+            self.left = answer["left"]
 
     def _check(self, answer: Mapping[str, Any]) -> None:
         if answer["problem"]:

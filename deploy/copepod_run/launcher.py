@@ -127,22 +127,14 @@ class Process:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.pid, number)
 
-    def tail(self) -> str:
-        """The end of its output in this attempt."""
-        return self._tail(self.output)
-
-    def log_tail(self) -> str:
-        """The end of its log in this attempt."""
-        return self._tail(self.log)
-
     def collect(self) -> None:
         """Waits for the ended process, so that no zombie is left."""
         with suppress(subprocess.TimeoutExpired):  # hangs in the kernel; end_all() has counted it
             self._popen.wait(timeout=1)
         os.close(self.descriptor)
 
-    def _tail(self, path: Path) -> str:
-        """The end of what was added to a file since the start; empty if there is no such file."""
+    def tail(self, path: Path) -> str:
+        """The end of what this attempt has added to its `output` or `log`; empty if there is no such file."""
         try:
             with open(path, "rb") as file:
                 size = file.seek(0, os.SEEK_END)

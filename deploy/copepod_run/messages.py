@@ -10,7 +10,6 @@ import re
 import sys
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, TextIO
 
 UPDATE_EVERY_S = 15.0  # of a stage's progress where the line cannot be redrawn
@@ -194,12 +193,7 @@ class Stage:
             self._next_update = now + UPDATE_EVERY_S
             self._show(f"{done}/{total}" if total else elapsed_text(now - self._start))
 
-    def __exit__(
-        self,
-        exception_type: type[BaseException] | None,
-        exception: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, exception_type: type[BaseException] | None, *_: object) -> None:
         outcome = "" if exception_type is None else "failed after "
         self._show(f"{outcome}{elapsed_text(time.monotonic() - self._start)}", "\n")
 

@@ -21,23 +21,21 @@ def short_keys(keys: Sequence[str]) -> dict[str, str]:
 
 def as_word(text: str) -> str:
     """The text as it may stand in names of files: what may have a meaning in paths becomes an underscore."""
-    return re.sub(r"[^\w.+=-]+", "_", text).strip("_")
+    return re.sub(r"[^\w.+=-]+", "_", text)
 
 
 def distinct_folders(names: Sequence[str], identities: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
     """Names of folders that differ from each other and from those `taken`, even where case does not count. Those that
     would not, or that are too long, end with digits of the digest of their identity: no name depends on the order."""
-    words = [as_word(name) for name in names]
+    words = [as_word(name).strip("_") for name in names]
     times = Counter(word.casefold() for word in [*words, *taken])
-    return [
-        word if times[word.casefold()] == 1 and len(word.encode()) <= _LONGEST else _marked(word, identity)
-        for word, identity in zip(words, identities)
-    ]
-
-
-def _marked(word: str, identity: str) -> str:
-    start = word.encode()[: _LONGEST - 9].decode(errors="ignore")
-    return f"{start}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
+    found = []
+    for word, identity in zip(words, identities):
+        if times[word.casefold()] > 1 or len(word.encode()) > _LONGEST:
+            start = word.encode()[: _LONGEST - 9].decode(errors="ignore")
+            word = f"{start}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
+        found.append(word)
+    return found
 
 
 def distinct_words(names: Sequence[str]) -> list[str]:

@@ -122,7 +122,7 @@ def judge(reported: Failure | None, exits: Sequence[Exit], last_step: int, host:
     killed = next((exit for exit in exits if exit.signal or exit.reason), None)
     if reported is not None:
         failure = _with_cause(reported, killed, exits, host)
-    elif killed and not _is_consequence(killed, exits):
+    elif killed and (exits[0] is killed or exits[0].code in (0, ExitCode.COMPONENT_LOST)):  # else a consequence
         failure = _of_killed(killed, -1)
     elif exits:
         failure = _of_exit(exits[0], -1, host)
@@ -142,12 +142,6 @@ def _with_cause(reported: Failure, killed: Exit | None, exits: Sequence[Exit], h
         if exit.component == reported.component != "coupler" and exit.code != ExitCode.COMPONENT_LOST:
             return replace(_of_exit(exit, reported.step, host), code=reported.code)
     return reported
-
-
-def _is_consequence(killed: Exit, exits: Sequence[Exit]) -> bool:
-    """Whether another component had failed by itself before `killed` was killed."""
-    first = exits[0]
-    return first is not killed and first.code not in (0, ExitCode.COMPONENT_LOST)
 
 
 def _of_killed(exit: Exit, step: int) -> Failure:

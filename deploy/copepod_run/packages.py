@@ -79,12 +79,8 @@ def missing(names: Sequence[str]) -> list[str]:
     """The packages of `names` that are not installed, in their order; none where there is no dpkg."""
     if not shutil.which("dpkg-query"):
         return []
-    answer = subprocess.run(
-        ["dpkg-query", "-W", "-f=${Package} ${db:Status-Status}\n", *names],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
+    ask = ["dpkg-query", "-W", "-f=${Package} ${db:Status-Status}\n", *names]
+    answer = subprocess.run(ask, capture_output=True, text=True)
     installed = {line.split()[0] for line in answer.stdout.splitlines() if line.endswith(" installed")}
     installed |= {name for name, command in _COMMANDS.items() if shutil.which(command)}
     return [name for name in names if name not in installed]

@@ -4,7 +4,7 @@ import json
 import subprocess
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,6 @@ class Plan:
     name: str
     steps: int
     case: dict[str, Any]
-    case_yaml: str
     fluid_ranks: int
     fluid_command: list[str] | None  # replaces our fluid service
     body_solver: str  # "own", "bullet", "mujoco" or "external"
@@ -33,10 +32,10 @@ class Plan:
     silence_s: float  # longest time without an answer between the processes
     requires: dict[str, dict[str, list[str]]]  # role: feature: announcements of which one is enough
     setups: dict[str, str]  # role: what the component receives, in Protocol Buffers, as hexadecimal digits
-    estimate: dict[str, Any]
-    warnings: list[str]
-    notes: list[dict[str, str]]
-    sweep: dict[str, Any] | None  # of a case that is several: swept keys, and values and settings of each member
+    estimate: dict[str, Any] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    notes: list[dict[str, str]] = field(default_factory=list)
+    sweep: dict[str, Any] | None = None  # of a case that is several: swept keys, values and settings of each member
     surfaces: dict[str, Any] | None = None  # of bodies and obstacles, if they were asked for
     unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
 
@@ -68,7 +67,29 @@ def case_arguments(options: Namespace) -> list[str]:
 def request(options: Namespace, asked: Sequence[str] = ()) -> Plan | CampaignPlan:
     """Asks the coupler about a file. Raises Stop(2) with its list of errors if it is bad."""
     text = _ask_coupler(["--plan", *case_arguments(options), *asked])
-    return parse_campaign(text) or parse_plan(text)
+    try:
+        plan = json.loads(text)
+        return CampaignPlan(plan["name"], plan["jobs"], plan["cases"]) if "cases" in plan else _plan_of_case(plan)
+    except (ValueError, KeyError, TypeError) as problem:
+        raise Stop(
+            ExitCode.SOLVER_FAILED,
+            f"the answer of coupler --plan cannot be read ({problem!r}; is it of "
+            "another version?). Build coupler and command from one checkout.",
+        ) from None
+
+
+def _plan_of_case(plan: dict[str, Any]) -> Plan:
+    services = plan["services"]
+    return Plan(
+        **{key.name: plan[key.name] for key in fields(Plan) if key.name in plan},
+        fluid_ranks=int(services["fluid"]["ranks"]),
+        fluid_command=services["fluid"].get("command"),
+        body_solver=services["body"].get("solver", "own"),
+        body_command=services["body"].get("command"),
+        transport=services["transport"],
+        hosts=services.get("hosts", []),
+        silence_s=float(services.get("silence_s", COUPLER_SILENCE_S)),
+    )
 
 
 def request_plan(options: Namespace, asked: Sequence[str] = ()) -> Plan:
@@ -119,8 +140,7 @@ def _ask_coupler(arguments: Sequence[str]) -> str:
         answer = subprocess.run(
             [str(program("coupler")), *arguments],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             text=True,
             errors="replace",  # errors quote the file, whatever it holds
         )
@@ -140,45 +160,3 @@ def _ask_coupler(arguments: Sequence[str]) -> str:
             "(a defect: it should have named the error in the file). Please report it.",
         )
     return answer.stdout
-
-
-def parse_campaign(text: str) -> CampaignPlan | None:
-    """Plan of a campaign from the coupler's JSON, or None if it is that of a case."""
-    try:
-        plan = json.loads(text)
-        return CampaignPlan(plan["name"], plan["jobs"], plan["cases"])
-    except (ValueError, KeyError, TypeError):
-        return None
-
-
-def parse_plan(text: str) -> Plan:
-    """Plan from the coupler's JSON. Raises Stop(70) if it is not what the coupler promises."""
-    try:
-        plan = json.loads(text)
-        services = plan["services"]
-        return Plan(
-            name=plan["name"],
-            steps=int(plan["steps"]),
-            case=plan["case"],
-            case_yaml=plan["case_yaml"],
-            fluid_ranks=int(services["fluid"]["ranks"]),
-            fluid_command=services["fluid"].get("command"),
-            body_solver=services["body"].get("solver", "own"),
-            body_command=services["body"].get("command"),
-            transport=services["transport"],
-            hosts=services.get("hosts", []),
-            silence_s=float(services.get("silence_s", COUPLER_SILENCE_S)),
-            requires=plan["requires"],
-            setups=plan["setups"],
-            estimate=plan.get("estimate", {}),
-            warnings=plan.get("warnings", []),
-            notes=plan.get("notes", []),
-            sweep=plan.get("sweep"),
-            surfaces=plan.get("surfaces"),
-        )
-    except (ValueError, KeyError, TypeError) as problem:
-        raise Stop(
-            ExitCode.SOLVER_FAILED,
-            f"the answer of coupler --plan cannot be read ({problem!r}; is it of "
-            "another version?). Build coupler and command from one checkout.",
-        ) from None

@@ -86,10 +86,8 @@ def family_of(pid: int) -> list[int]:
     family = [pid]
     for member in family:
         for children in glob.glob(f"/proc/{member}/task/*/children"):  # Path.glob fails if the process ends meanwhile
-            try:
+            with suppress(OSError):  # ended meanwhile
                 family += map(int, Path(children).read_text().split())
-            except OSError:  # ended meanwhile
-                pass
     return family
 
 

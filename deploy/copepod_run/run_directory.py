@@ -16,6 +16,7 @@ from typing import Any
 from copepod_run.destinations import make_folder
 from copepod_run.errors import BadCase, Stop, StorageFailed
 from copepod_run.messages import say
+from copepod_run.names import as_word
 
 _LOCK_PATIENCE_S = 4.0  # a command that was killed (kill -9) is being cleaned up after
 
@@ -168,6 +169,15 @@ def take_lock(descriptor: int, patience_s: float = 0.0) -> Lock:
             return Lock.IMPOSSIBLE
 
 
+def lock_of(folder: Path, patience_s: float = 0.0) -> Lock:
+    """What comes of such an attempt, after which the folder is free again. Raises OSError if it cannot be opened."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        return take_lock(descriptor, patience_s)
+    finally:
+        os.close(descriptor)
+
+
 def create(name: str, out: str | None) -> RunDirectory:
     """New folder: `out` if given, else runs/<name>, runs/<name>-2, … in the current directory.
 
@@ -180,10 +190,7 @@ def create(name: str, out: str | None) -> RunDirectory:
             _require_empty(path, out)
         except Stop:
             with suppress(OSError):  # of a file, or a folder that may not be read
-                descriptor = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-                found = take_lock(descriptor)
-                os.close(descriptor)
-                if found is Lock.HELD:
+                if lock_of(path) is Lock.HELD:
                     raise _in_use(out) from None
             raise
         make_folder(path)
@@ -235,7 +242,7 @@ def _holds_case(path: Path) -> bool:
 
 def folder_name(case_name: str) -> str:
     """The case's name without characters that have a meaning in paths."""
-    return re.sub(r"[^\w.+=-]+", "_", case_name).lstrip(".") or "run"
+    return as_word(case_name).lstrip(".") or "run"
 
 
 def _latest(name: str) -> Path | None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from copepod_run import cleanup
 from copepod_run.cleanup import MARK
 from copepod_run.errors import BadCase
-from copepod_run.run_directory import Lock, take_lock
+from copepod_run.run_directory import Lock, lock_of, take_lock
 
 LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
 _ROLES = ("coupler", "fluid", "body")
@@ -31,7 +31,8 @@ class Scratch:
 
     def __init__(self, run_path: Path, mark: str) -> None:
         """`mark`: of the run. Raises Stop(2) if a stranger's folder is in the way."""
-        _sweep()
+        folders = (folder for where in _PLACES for folder in Path(where).glob("copepod-*"))
+        cleanup.remove_folders(folder for folder in folders if _is_abandoned(folder))
         self.mark = mark
         self.folders: list[Path] = []
         self.locks: list[int] = []  # descriptors
@@ -63,7 +64,8 @@ class Scratch:
         for role in _ROLES:
             peers = ("fluid", "body") if role == "coupler" else ("coupler",)  # whose public keys it needs
             lines = {"secret": pairs[role][1], **{peer: pairs[peer][0] for peer in peers}}
-            files[role] = _write_private(folder / f"{role}.key", lines)
+            files[role] = folder / f"{role}.key"  # proto/transport/lanes.hpp describes it
+            cleanup.write_private(files[role], "".join(f"{name} {key}\n" for name, key in lines.items()))
         return files
 
     def endpoint(self, transport: str) -> str:
@@ -111,30 +113,14 @@ def _temporary_folder(where: str, mark: str) -> Path:
     return folder
 
 
-def _sweep() -> None:
-    """Removes the folders of runs whose command and guard have both been killed."""
-    cleanup.remove_folders(
-        folder for where in _PLACES for folder in Path(where).glob("copepod-*") if _is_abandoned(folder)
-    )
-
-
 def _is_abandoned(folder: Path) -> bool:
-    """Whether this is a private folder of a run that nothing holds any more."""
+    """Whether this is a private folder of a run that nothing holds any more: command and guard have been killed."""
     try:
         status = folder.lstat()
-        if (
-            stat.S_IMODE(status.st_mode) != 0o700
-            or time.time() - status.st_mtime < _YOUNG_S
-            or not cleanup.is_claimed(folder)
-        ):
-            return False
-        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        is_old = stat.S_IMODE(status.st_mode) == 0o700 and time.time() - status.st_mtime >= _YOUNG_S
+        return is_old and cleanup.is_claimed(folder) and lock_of(folder) is Lock.OURS
     except OSError:  # gone meanwhile
         return False
-    try:
-        return take_lock(lock) is Lock.OURS
-    finally:
-        os.close(lock)
 
 
 def _holds_sockets(folder: Path) -> bool:
@@ -147,14 +133,6 @@ def _holds_sockets(folder: Path) -> bool:
     except OSError:
         return False
     return True
-
-
-def _write_private(path: Path, lines: dict[str, str]) -> Path:
-    """A key file (proto/transport/lanes.hpp describes it) that only its owner can read."""
-    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "w") as file:
-        file.writelines(f"{name} {key}\n" for name, key in lines.items())
-    return path
 
 
 @contextmanager

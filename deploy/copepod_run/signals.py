@@ -2,6 +2,7 @@
 
 import os
 import signal
+from contextlib import suppress
 from types import FrameType
 
 
@@ -36,10 +37,8 @@ class SignalRecorder:
 
     def drain(self) -> None:
         """Empties the descriptor."""
-        try:
+        with suppress(BlockingIOError):
             os.read(self.descriptor, 4096)
-        except BlockingIOError:
-            pass
 
     def _note(self, number: int, frame: FrameType | None) -> None:
         self.received.append(number)

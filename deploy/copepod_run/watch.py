@@ -80,7 +80,8 @@ class Watch:
             if ending is not None:
                 return ending
             self._look_at_processes()
-            self._turn(self._time_left())
+            until = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
+            self._turn(max(0.0, until - time.monotonic()))
 
     def wait_for_coupler(self, patience_s: float, checkpoint_patience_s: float) -> None:
         """After a signal: until the coupler has closed its files, longer if it writes a checkpoint."""
@@ -105,11 +106,6 @@ class Watch:
         for key, _ in self._selector.select(timeout_s):
             key.data()
 
-    def _time_left(self) -> float:
-        """Until the next look, or the decision if that comes first."""
-        next_turn = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
-        return max(0.0, next_turn - time.monotonic())
-
     def _look_at_processes(self) -> None:
         if time.monotonic() < self._next_look:
             return
@@ -133,7 +129,7 @@ class Watch:
     def _reported_by_living_mpirun(self) -> Exit | None:
         """Exit of the rank whose end mpirun has reported while it has not ended itself."""
         fluid = self._alive.get("fluid")
-        return None if fluid is None else reported_by_mpirun(fluid.tail(), fluid.host)
+        return None if fluid is None else reported_by_mpirun(fluid.tail(fluid.output), fluid.host)
 
     def _decide_within(self, seconds: float) -> None:
         deadline = time.monotonic() + seconds
@@ -146,19 +142,12 @@ class Watch:
             return Ending(summary=self._summary)
         if self._deadline is None or time.monotonic() < self._deadline:
             return None
-        if self._mpirun_may_still_report():
+        may_still_report = not self._waited_for_mpirun and self._is_loss_without_cause()
+        if may_still_report and self._launcher.has_ended_rank() and self._reported_by_living_mpirun() is None:
             self._waited_for_mpirun = True
             self._deadline += _FOR_MPIRUN_S
             return None
         return Ending(failure=self._failure())
-
-    def _mpirun_may_still_report(self) -> bool:
-        return (
-            not self._waited_for_mpirun
-            and self._is_loss_without_cause()
-            and self._launcher.has_ended_rank()
-            and self._reported_by_living_mpirun() is None
-        )
 
     def _read_signals(self) -> None:
         self._signals.drain()
@@ -215,9 +204,9 @@ class Watch:
             return
         self._selector.unregister(process.descriptor)
         del self._alive[process.name]
-        log = process.log_tail()
+        output, log = process.tail(process.output), process.tail(process.log)
         log_file = shown(process.log if log else process.output)
-        exit = describe_exit(process.name, returncode, process.tail(), process.host, self._ranks, log, log_file)
+        exit = describe_exit(process.name, returncode, output, process.host, self._ranks, log, log_file)
         self._exits.append(exit)
         if self._summary and not exit.signal and not exit.code:
             self._decide_within(_AFTER_FINISH_S)
@@ -230,13 +219,10 @@ class Watch:
             self._decide_within(_AFTER_EXIT_S if self._output_open else _AFTER_REPORT_S)
 
     def _failure(self) -> Failure:
-        if self._summary:
-            return self._failure_after_finish()
-        last = self._reported_by_living_mpirun()
-        exits = self._exits if last is None else [*self._exits, last]
-        return judge(self._reported, exits, self.last_step, self._host)
-
-    def _failure_after_finish(self) -> Failure:
+        if not self._summary:
+            last = self._reported_by_living_mpirun()
+            exits = self._exits if last is None else [*self._exits, last]
+            return judge(self._reported, exits, self.last_step, self._host)
         bad = [exit for exit in self._exits if exit.code or exit.signal][:1]
         if bad or self._reported is not None:  # such as one that froze while it ended
             return judge(self._reported, bad, self.last_step, self._host)

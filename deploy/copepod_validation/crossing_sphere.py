@@ -2,12 +2,11 @@
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from copepod_report.style import LIGHT, describe, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, picture_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.figures import markdown_table
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
@@ -41,30 +40,25 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case(cells, point.tau, "no_slip", [sphere(RADIUS, start, motion)], _STEPS)
 
 
-def evaluate(folder: Path, point: Point) -> dict[str, Any]:
+def evaluate(run: Trajectory, point: Point) -> dict[str, Any]:
     """Noise relative to the mean force [%]; `residual` of the raw force along the path, shape (steps,); `work`: time at
     the surface, relative to the update of all cells [%], NaN if the fluid does not report it."""
-    trajectory = Trajectory(folder)
-    force = trajectory.of("sphere")["force_N"][trajectory.steps > _FROM]
+    force = run.of("sphere")["force_N"][run.steps > _FROM]
     way = np.array(_PATHS[point.path][0])
     along, across = (axis / np.linalg.norm(axis) for axis in (way, np.cross(way, (0.0, 1.0, 0.3))))
     raw = _residual(force @ along)
     percent = 100 / abs(float(np.mean(force @ along)))
     averaged = _residual(0.5 * (force[1:] + force[:-1]) @ along)
+    seconds = json.loads((run.directory / "summary.json").read_text())["phases_s"].get("fluid", {})
+    at_surface = sum(seconds.get(phase, np.nan) for phase in ("map", "refill", "momentum"))
     return {
         "raw": percent * _rms(raw),
         "peak": percent * float(np.abs(raw).max()),
         "averaged": percent * _rms(averaged),
         "lateral": percent * _rms(_residual(force @ across)),
         "residual": percent * raw,
-        "work": _work(folder),
+        "work": 100 * at_surface / seconds.get("bulk", np.nan),
     }
-
-
-def _work(folder: Path) -> float:
-    seconds = json.loads((folder / "summary.json").read_text())["phases_s"].get("fluid", {})
-    at_surface = sum(seconds.get(phase, np.nan) for phase in ("map", "refill", "momentum"))
-    return 100 * at_surface / seconds.get("bulk", np.nan)
 
 
 def _rms(values: np.ndarray) -> float:
@@ -113,4 +107,4 @@ def _figure(results: Results[dict[str, Any]]) -> bytes:
         describe(panel, f"{path}, τ = 0.6", xlabel="frequency [1/step]")
     panels.flat[0].set_ylim(top=3)
     describe(panels.flat[0], legend={"ncols": 2}, ylabel="amplitude [% of the force]")
-    return png_of(figure)
+    return picture_of(figure)

@@ -2,7 +2,6 @@
 that turns in fluid at rest, and in fluid that carries it along."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -49,9 +48,9 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case([_CELLS] * 3, point.tau, "periodic", [body], _STEPS, _FROM, initial_flow=flow)
 
 
-def evaluate(folder: Path, point: Point) -> np.ndarray:
+def evaluate(run: Trajectory, point: Point) -> np.ndarray:
     """Mean force [N] and torque [N m]."""
-    loads = Trajectory(folder).of("sphere")
+    loads = run.of("sphere")
     return np.mean([loads["force_N"], loads["torque_N_m"]], axis=1)
 
 

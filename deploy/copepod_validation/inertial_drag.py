@@ -1,7 +1,6 @@
 """Drag of a sphere at rest in a flow with inertia, Reynolds numbers of 20 to 100."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -39,9 +38,9 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case((width, width, length), point.tau, walls, [body], steps, steps * 3 // 4, **flow)
 
 
-def evaluate(folder: Path, point: Point) -> float:
+def evaluate(run: Trajectory, point: Point) -> float:
     """Error of the drag coefficient [%]."""
-    force = float(np.mean(Trajectory(folder).of("sphere")["force_N"][1:, 2]))
+    force = float(np.mean(run.of("sphere")["force_N"][1:, 2]))
     found = force / (0.5 * _SPEED**2 * np.pi * DIAMETER**2 / 4)
     return 100 * (found / point.coefficient - 1)
 

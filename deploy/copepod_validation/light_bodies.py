@@ -1,7 +1,6 @@
 """Spheres of any density that a constant force drives through fluid at rest: how they start, and where they tend to."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -96,9 +95,9 @@ def exact_start(point: Point) -> np.ndarray:
     return np.array([inverse_laplace(transform, step) for step in range(1, _STEPS["start"] + 1)])
 
 
-def evaluate(folder: Path, point: Point) -> float:
+def evaluate(run: Trajectory, point: Point) -> float:
     """Terminal velocity over that without walls; largest deviation of a start, from a third of the steps on [%]."""
-    found = Trajectory(folder).of("sphere")["velocity_m_per_s"][1:, 2] / _SPEED[point.kind]
+    found = run.of("sphere")["velocity_m_per_s"][1:, 2] / _SPEED[point.kind]
     if point.kind == "terminal":
         return float(found.mean())
     # The force on the fluid accelerates it as a whole.

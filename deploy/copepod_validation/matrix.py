@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from copepod_campaign import campaign
+from copepod_report.trajectory import Trajectory
 from copepod_run.errors import BadCase
 from copepod_run.figures import markdown_table
 from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section, experiments
 
-# Each has points (see `experiments`), case_of(point), evaluate(folder, point) and section(results); accuracy.md has
-# what it compares with.
+# Each has points (see `experiments`), case_of(point), evaluate(trajectory, point) and section(results); accuracy.md
+# has what it compares with.
 _CASES = (
     *("sphere_array", "wall", "slow_bodies", "shapes", "resistance", "shear", "oscillating_sphere", "sudden_start"),
     *("inertial_drag", "settling_sphere", "crossing_sphere", "frames", "light_bodies"),
@@ -41,10 +42,12 @@ def run(
     items = [_written(experiment, fluid) for found in chosen.values() for experiment in found]
     options = Namespace(out=FOLDER, rerun_other_builds=True, keep_going=True, json=False)
     campaign.run_items("validation", items, jobs, options, lambda _: again, lambda all: f"{len(all)} runs")
+
+    def measured(case: str, one: Experiment) -> Any:
+        return CASES[case].evaluate(Trajectory(FOLDER / one.name, may_be_empty=True), one.point)  # arrays of obstacles
+
     return {
-        case: CASES[case].section(
-            [(one.scheme, one.point, CASES[case].evaluate(FOLDER / one.name, one.point)) for one in found]
-        )
+        case: CASES[case].section([(one.scheme, one.point, measured(case, one)) for one in found])
         for case, found in chosen.items()
         if found
     }

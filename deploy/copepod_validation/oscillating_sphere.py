@@ -1,7 +1,6 @@
 """Force on a sphere that oscillates in a periodic cube: Stokes drag, added mass and Basset's history force."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -52,11 +51,10 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case([CELLS] * 3, point.tau, "periodic", [body], _PERIODS * _PERIOD, (_PERIODS - 1) * _PERIOD)
 
 
-def evaluate(folder: Path, point: Point) -> complex:
+def evaluate(run: Trajectory, point: Point) -> complex:
     """Phasor of the force, over that of theory."""
-    trajectory = Trajectory(folder)
-    waves = np.exp(-2j * np.pi / _PERIOD * trajectory.steps)
-    phasor = 2 * np.mean((trajectory.of("sphere")["force_N"][:, 2] * waves)[:-1])  # the last sample begins a period
+    waves = np.exp(-2j * np.pi / _PERIOD * run.steps)
+    phasor = 2 * np.mean((run.of("sphere")["force_N"][:, 2] * waves)[:-1])  # the last sample begins a period
     velocity = -1j * _SPEED  # of a sine
     return complex(phasor / (-point.resistance * velocity))
 

@@ -1,7 +1,6 @@
 """Resistances of a sphere beside a wall and of two spheres that slide past each other and turn, with their films."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -79,9 +78,9 @@ def case_of(point: Point) -> CaseDict:
     return case | {"lubrication": {"cut_off_cells": "auto"}}
 
 
-def evaluate(folder: Path, point: Point) -> tuple[float, float]:
+def evaluate(run: Trajectory, point: Point) -> tuple[float, float]:
     """Force and torque on the first sphere, scaled, positive where the reference is."""
-    sample = Trajectory(folder).of("sphere")
+    sample = run.of("sphere")
     force, torque = (sample[key][-2:].mean(axis=0) for key in ("force_N", "torque_N_m"))
     scale = np.pi * viscosity(2.0) * point.radius * _SPEED
     sign = {("wall", "sliding"): (-1, 1), ("wall", "turning"): (1, -1)}.get((point.kind, point.way), (-1, -1))

@@ -1,11 +1,10 @@
 """A sphere that settles in a closed box from rest: the four experiments of ten Cate et al. (2002)."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from copepod_report.style import LIGHT, describe, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, picture_of
 from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, worst
@@ -106,12 +105,11 @@ class Fall:
         return float(np.abs(self.deviation(time_s, speed / self.oil.u_inf_m_per_s)).max())
 
 
-def evaluate(folder: Path, point: Point) -> Fall:
-    trajectory = Trajectory(folder)
-    motion = trajectory.of("sphere")
+def evaluate(run: Trajectory, point: Point) -> Fall:
+    motion = run.of("sphere")
     return Fall(
         point.oil,
-        trajectory.steps * point.step_s,
+        run.steps * point.step_s,
         -motion["velocity_m_per_s"][:, 2] / _SPEED,
         motion["position_m"][:, 2] / point.diameter - 0.5,
     )
@@ -171,4 +169,4 @@ def _figure(falls: Results[Fall], finer: Fall | None) -> bytes:
         describe(panel, "E4: deviation from the finer run", ylabel="[% of the largest velocity]")
     for panel in panels.flat:
         describe(panel, legend={}, xlabel="time [s]")
-    return png_of(figure)
+    return picture_of(figure)

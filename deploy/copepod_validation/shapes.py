@@ -5,7 +5,6 @@
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -122,9 +121,9 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case([point.edge] * 3, 1.0, "periodic", [body | point.keys], point.steps, **flow)
 
 
-def evaluate(folder: Path, point: Point) -> Drags:
+def evaluate(run: Trajectory, point: Point) -> Drags:
     """Errors of the drag along and across the axis [%]."""
-    force = Trajectory(folder).of("body")["force_N"]
+    force = run.of("body")["force_N"]
     # The velocity of the flow is what momentum it has left; a gradient of pressure would act on the body, too.
     share = 1 - point.keys["mass_kg"] / point.edge**3
     driving = np.array([0, 0, point.body_force * share])

@@ -5,7 +5,6 @@
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -79,10 +78,10 @@ def angle_to_jeffery(axes: list[float], orientation: np.ndarray, rate: float) ->
     return float(np.degrees(2 * np.arccos(min(1.0, abs(theory @ orientation[-1])))))
 
 
-def evaluate(folder: Path, point: Point) -> Found:
+def evaluate(run: Trajectory, point: Point) -> Found:
     """Error of the rate and largest deviation from the form, both over γ/2 [%], without the first third of the run, in
     which the rotation begins; aspect ratio r of a capsule, or angle between an ellipsoid and theory at the end."""
-    body = Trajectory(folder).of("sphere")
+    body = run.of("sphere")
     rates = body["angular_velocity_rad_per_s"] / (0.5 * point.rate)
     start = len(rates) // 3
     if point.shape == "capsule":

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -97,10 +96,9 @@ def case_of(point: Point) -> CaseDict:
     return case | {"lubrication": {"cut_off_cells": "auto"}}
 
 
-def evaluate(folder: Path, point: Point) -> float:
+def evaluate(run: Trajectory, point: Point) -> float:
     """Error of the drag of the free bodies [%]."""
-    trajectory = Trajectory(folder)
-    force = np.array([trajectory.of(name)["force_N"][:, 2] for name in trajectory.bodies])
+    force = np.array([run.of(name)["force_N"][:, 2] for name in run.bodies])
     last = float(np.abs(force[:, -100:]).mean())
     velocity = _APPROACH
     if point.kind != "approaching":

@@ -7,12 +7,12 @@ driven by a body force f; U is the superficial velocity.
 
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
-from pathlib import Path
 
 import h5py
 import numpy as np
 
-from copepod_report.style import LIGHT, describe, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, picture_of
+from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, uniform_flow, viscosity
 
@@ -97,10 +97,10 @@ def case_of(point: Point) -> CaseDict:
     return case | {"obstacles": obstacles, "output": {"fields": {"every_steps": between}}}
 
 
-def evaluate(folder: Path, point: Point) -> tuple[float, float]:
+def evaluate(run: Trajectory, point: Point) -> tuple[float, float]:
     """Error of K or F, and what the last fifth of the run changed in it [%]."""
     velocities = []
-    with h5py.File(folder / "fields.h5", "r") as file:
+    with h5py.File(run.directory / "fields.h5", "r") as file:
         for name in sorted(name for name in file if name.startswith("step_"))[-4:]:
             is_fluid = file[name]["body"][:] == 0
             momentum = file[name]["density_kg_per_m3"][:] * file[name]["velocity_m_per_s"][..., 2]
@@ -166,4 +166,4 @@ def _figure(arrays: Results[list[float]]) -> bytes:
         panel.set_yticks(_TICKS, [f"{tick:+d}" for tick in _TICKS], minor=False)
         describe(panel, f"τ = {tau:g}", xlim=(6, 22), xlabel="cells per diameter")
     describe(panels.flat[0], legend={}, ylabel="error of the drag [%]")
-    return png_of(figure)
+    return picture_of(figure)

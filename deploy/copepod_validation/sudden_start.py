@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -40,9 +39,9 @@ def case_of(point: Point) -> CaseDict:
     return lattice_case([CELLS] * 3, point.tau, "periodic", [body], _STEPS)
 
 
-def evaluate(folder: Path, point: Point) -> tuple[float, float]:
+def evaluate(run: Trajectory, point: Point) -> tuple[float, float]:
     """Largest error of the impulse, and how far the force alternates between steps [%]."""
-    force = Trajectory(folder).of("sphere")["force_N"][:, 2]
+    force = run.of("sphere")["force_N"][:, 2]
     nu, impulse = viscosity(point.tau), np.cumsum(force)
     steps = range(200, _STEPS, 50)
     of_theory = [inverse_laplace(lambda s: resistance(s, RADIUS, CELLS, nu) / s**2, step + 1) for step in steps]

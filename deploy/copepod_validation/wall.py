@@ -1,11 +1,10 @@
 """A sphere that moves near a wall or turns there, so slowly and briefly that the gap stays what it is."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from copepod_report.style import LIGHT, describe, new_figure, png_of
+from copepod_report.style import LIGHT, describe, new_figure, picture_of
 from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
 from copepod_validation.experiment import table_by_point, viscosity, worst
@@ -73,9 +72,9 @@ def case_of(point: Point) -> CaseDict:
     return case | {"lubrication": {"cut_off_cells": "auto"}}
 
 
-def evaluate(folder: Path, point: Point) -> tuple[float, float, float]:
+def evaluate(run: Trajectory, point: Point) -> tuple[float, float, float]:
     """Error of the load, what the last third of the run changed in it, how far it alternates between steps [%]."""
-    sample = Trajectory(folder).of("sphere")
+    sample = run.of("sphere")
     if point.way == "turning":
         load, stokes = sample["torque_N_m"][1:-1, 1], 8 * np.pi * viscosity(1.0) * point.radius**2 * _SPEED
     else:
@@ -110,4 +109,4 @@ def _figure(results: Results[tuple[float, float, float]]) -> bytes:
         describe(panel, f"{way} the wall" if way != "turning" else "turning", xlabel="gap [cells]")
     panels[0].set_ylabel("error of the load [%]")
     describe(panels[-1], legend={})
-    return png_of(figure)
+    return picture_of(figure)

@@ -17,7 +17,7 @@ from copepod_report.run_record import RunResult, Sweep, members_of
 from copepod_report.run_status import RunStatus, state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
 from copepod_report.sweeps import axes_of
-from copepod_report.trajectory import GrowingTrajectory
+from copepod_report.trajectory import GrowingTrajectory, chosen_samples
 from copepod_run.figures import MOST_TABLES, number_text
 from copepod_run.progress import figures
 from copepod_run.run_directory import read_object
@@ -61,15 +61,17 @@ class TrajectoryFollower:
             self._newest = (newest[0], newest[1]()[:, _SHOWN])
 
     def samples(self) -> Samples | None:
-        """All that is kept, and the newest; None before the first."""
+        """What a view shows of all that is kept, and the newest; None before the first."""
         if self._newest is None:
             return None
         is_kept = self._newest[0] == self._kept[-1][0]
         steps, kept = zip(*self._kept, *([] if is_kept else [self._newest]))
-        values = np.array(kept)
+        bodies = self._trajectory.bodies
+        shown = chosen_samples(len(steps), most_frames(len(bodies)))
+        values = np.array(kept)[shown]
         speed = np.linalg.norm(values[..., 8:11], axis=-1)
         time_s, position_m, orientation_wxyz = values[:, 0, 0], values[..., 1:4], values[..., 4:8]
-        return Samples(self._trajectory.bodies, np.array(steps), time_s, position_m, orientation_wxyz, speed)
+        return Samples(bodies, np.array(steps)[shown], time_s, position_m, orientation_wxyz, speed)
 
 
 class RunFollower:

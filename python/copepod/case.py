@@ -78,10 +78,7 @@ class Case(MutableMapping[str, Any]):
         found: Any = self._values
         parts = path.split(".")
         for number, part in enumerate(parts):
-            place = _place(found, part)
-            if place is None:
-                raise KeyError(_absent(found, part, ".".join(parts[:number])))
-            found = found[place]
+            found = found[_place(found, part, ".".join(parts[:number]))]
         return found
 
     def __setitem__(self, path: str, value: Any) -> None:
@@ -98,9 +95,7 @@ class Case(MutableMapping[str, Any]):
                 found.append(None if is_last else {})
             elif isinstance(found, dict) and (part not in found or found[part] is None) and not is_last:
                 found[part] = [] if parts[number + 1] == "0" else {}
-            place = part if isinstance(found, dict) else _place(found, part)
-            if place is None:
-                raise KeyError(_absent(found, part, ".".join(parts[:number])))
+            place = part if isinstance(found, dict) else _place(found, part, ".".join(parts[:number]))
             if is_last:
                 found[place] = value
             found = found[place]
@@ -108,10 +103,7 @@ class Case(MutableMapping[str, Any]):
     def __delitem__(self, path: str) -> None:
         parent, _, last = path.rpartition(".")
         section = self[parent] if parent else self._values
-        place = _place(section, last)
-        if place is None:
-            raise KeyError(_absent(section, last, parent))
-        del section[place]
+        del section[_place(section, last, parent)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)
@@ -123,30 +115,25 @@ class Case(MutableMapping[str, Any]):
         return f"Case({self._values!r})"
 
 
-def _place(parent: Any, part: str) -> Any:
-    """Key or index of an item: a list's by its number or the `name` it carries; None if there is none."""
+def _place(parent: Any, part: str, where: str) -> Any:
+    """Key or index of an item: a list's by its number or the `name` it carries. Raises KeyError; `where`: for it."""
+    where = where or "the case"
     if isinstance(parent, dict):
-        return part if part in parent else None
+        if part in parent:
+            return part
+        near = difflib.get_close_matches(part, parent, n=1)
+        hint = f"Did you mean {near[0]}?" if near else f"It has {', '.join(parent)}."
+        raise KeyError(f"«{part}» is not in {where}. {hint}")
     if not isinstance(parent, list):
-        return None
+        raise KeyError(f"«{part}» is not in {where} (it is {parent!r}). Set {where} to a section first.")
     names = [item.get("name") if isinstance(item, dict) else None for item in parent]
     named = names.index(part) if part in names else None
-    if not part.isdecimal():
-        return named
-    if named not in (None, int(part)):
+    place = int(part) if part.isdecimal() else named
+    if part.isdecimal() and named not in (None, place):
         raise KeyError(f"«{part}» is ambiguous (the position of one item and the name of another). Rename that one.")
-    return int(part) if int(part) < len(parent) else None
-
-
-def _absent(parent: Any, part: str, where: str) -> str:
-    """Message of a KeyError."""
-    where = where or "the case"
-    if isinstance(parent, list):
-        return f"«{part}» is not in {where} (a list of {len(parent)}). Use an index or the name of an item."
-    if not isinstance(parent, dict):
-        return f"«{part}» is not in {where} (it is {parent!r}). Set {where} to a section first."
-    near = difflib.get_close_matches(part, parent, n=1)
-    return f"«{part}» is not in {where}. " + (f"Did you mean {near[0]}?" if near else f"It has {', '.join(parent)}.")
+    if place is None or place >= len(parent):
+        raise KeyError(f"«{part}» is not in {where} (a list of {len(parent)}). Use an index or the name of an item.")
+    return place
 
 
 def _plain(value: Any, path: str) -> Any:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from copepod.case import Case
 from copepod.errors import Error, required, stops_as_errors
+from copepod_report.run_status import state_of
+from copepod_report.trajectory import COLUMNS, GrowingTrajectory, Trajectory, trajectory_in
 from copepod_run import build
 from copepod_run.figures import result_table
 from copepod_run.plan import plan_of
@@ -45,8 +47,6 @@ class Run:
     @property
     def status(self) -> str:
         """finished, running, stopped (by a signal), failed, or interrupted (ended without a record), at this moment."""
-        from copepod_report.run_status import state_of
-
         return state_of(self.directory)[0]
 
     @functools.cached_property
@@ -72,8 +72,6 @@ class Run:
         docs/conventions.md defines them. `run.trajectory.loc["swimmer.B1"]` is one body's.
         """
         pandas = required("pandas")
-        from copepod_report.trajectory import COLUMNS, Trajectory, trajectory_in
-
         name = trajectory_in(self.directory).name
         table = self._file(name, lambda path: Trajectory(path, may_be_empty=True))
         index = pandas.MultiIndex.from_product([table.bodies, table.steps], names=["body", "step"])
@@ -210,8 +208,6 @@ class TrajectoryReader:
     """Reads a trajectory that grows, each sample once."""
 
     def __init__(self, directory: Path) -> None:
-        from copepod_report.trajectory import GrowingTrajectory
-
         self._trajectory = GrowingTrajectory(directory)
         self._last_step = -1
 
@@ -221,8 +217,6 @@ class TrajectoryReader:
         A run that is resumed computes some again, with the same numbers: they are left out.
         """
         pandas = required("pandas")
-        from copepod_report.trajectory import COLUMNS
-
         for step, values in self._trajectory.look(is_last):
             if step <= self._last_step:
                 continue

@@ -34,10 +34,7 @@ class FakeProcess(Process):
     def send(self, number):
         pass
 
-    def tail(self):
-        return ""
-
-    def log_tail(self):
+    def tail(self, path):
         return ""
 
     def close(self):

@@ -14,6 +14,7 @@ from browser import CHROMIUM, Browser
 from surfaces import with_surfaces
 from copepod_report import page, view
 from copepod_report.scene import MOST_SAMPLES, Samples, most_frames, scene_of
+from copepod_report.trajectory import chosen_samples
 
 BEADS = [
     {"shape": "sphere", "radius_m": 4e-6, "length_m": 0},
@@ -116,9 +117,9 @@ class Scene(unittest.TestCase):
         self.assertEqual(scene["period_steps"], 40)
 
     def test_long_runs_and_swarms_are_thinned_and_keep_their_last_sample(self):
-        thinned = samples_of(5000).thinned(100)
-        self.assertLessEqual(len(thinned.steps), 101)
-        self.assertEqual(thinned.steps[-1], 4999)
+        shown = chosen_samples(5000, 100)
+        self.assertLessEqual(len(shown), 101)
+        self.assertEqual(shown[-1], 4999)
         self.assertLessEqual(300 * most_frames(300), MOST_SAMPLES)
         self.assertLessEqual(100 * 300 * most_frames(300, views=100), 4 * MOST_SAMPLES)
 

@@ -88,7 +88,7 @@ class Accuracy(WholeRunTest):
         self.said = "".join(self.finish("validate", "--fast", *words).stderr)
         runs = self.folder / "runs/validation"
         found = [one for scheme in schemes for one in experiments(case, scheme, fast=True)]
-        return [case.evaluate(runs / one.name, one.point) for one in found]
+        return [case.evaluate(Trajectory(runs / one.name), one.point) for one in found]
 
     def test_drag_of_an_array_at_eight_cells_per_diameter(self):
         """Measured: −0.2 ± 0.15 % at every relaxation time. Central linear interpolation has −1.4 ± 0.8 %, bounce-back

@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas
 
-from copepod_report.style import png_of
+from copepod_report.style import picture_of
 from copepod_swimmers import three_spheres, triangle
 from copepod_swimmers.runs import members
 
@@ -19,7 +19,7 @@ def main(campaign: Path, folder: Path) -> None:
     """Writes PNG files into `folder` and prints the tables."""
 
     def draw(name: str, figure: Any) -> None:
-        (folder / f"swimmers_{name}.png").write_bytes(png_of(figure))
+        (folder / f"swimmers_{name}.png").write_bytes(picture_of(figure))
 
     def found(of: Callable[..., dict[str, float]], *names: str) -> Any:
         return pandas.DataFrame([of(run) for name in names for run in members(campaign, name)])

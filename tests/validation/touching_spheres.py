@@ -20,7 +20,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "deploy"))
 
-from copepod_report.style import LIGHT, new_figure, png_of  # noqa: E402
+from copepod_report.style import LIGHT, new_figure, picture_of  # noqa: E402
 from copepod_report.trajectory import Trajectory  # noqa: E402
 from copepod_run.figures import markdown_table as table  # noqa: E402
 from copepod_validation.experiment import lattice_case, sphere  # noqa: E402
@@ -200,7 +200,7 @@ def tumbling(folder):
     panels[2].set_ylim(top=2.0)  # room for the legend
     for panel in (panels[0], panels[2]):
         panel.legend(fontsize=8, frameon=False)
-    (RESULTS / "contacts_tumbling.png").write_bytes(png_of(figure))
+    (RESULTS / "contacts_tumbling.png").write_bytes(picture_of(figure))
     return _TUMBLING.format(**facts)
 
 

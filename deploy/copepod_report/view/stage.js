@@ -143,6 +143,7 @@ class Stage {
     this.light = new THREE.DirectionalLight(0xffffff, 0.5);
     this.world.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.62), this.light);
     this.colours = { lines: [], faces: [], mirrors: [], obstacles: [] };
+    this.pathLooks = [0, 1, 2].map(() => new THREE.LineBasicMaterial({ transparent: true, opacity: 0.6 }));
     this.surfaces = scene.surfaces.map((surface) => new Surface(surface));
     this.shapes = scene.bodies.map((body) => this.surfaces[body.surface]);
     this.extent = motion.extent(this.shapes);
@@ -246,10 +247,10 @@ class Stage {
   }
 
   addPaths() {
-    const { THREE, scene, motion } = this;
+    const { scene, motion } = this;
     if (this.paths) this.paths.forEach((lines) => (this.world.remove(lines), lines.geometry.dispose()));
     const every = Math.ceil((motion.last * scene.bodies.length) / MOST_PATH_LINES) || 1;
-    this.paths = [0, 1, 2].map((colour) => {
+    this.paths = this.pathLooks.map((look, colour) => {
       const points = [];
       scene.bodies.forEach((body, number) => {
         if (body.colour !== colour) return;
@@ -258,11 +259,7 @@ class Stage {
           points.push(...motion.sampled(frame, number), ...motion.sampled(next, number));
         }
       });
-      const material = new THREE.LineBasicMaterial({ transparent: true, opacity: 0.6 });
-      const lines = this.segments(points, material);
-      lines.material.color.set(this.pathColours ? this.pathColours[colour] : 0);
-      lines.visible = this.pathsVisible !== false;
-      return lines;
+      return this.segments(points, look);
     });
   }
 
@@ -344,8 +341,7 @@ class Stage {
   recolour(look) {
     const set = (object, colour) => object.material.color.set(colour);
     this.beads.forEach((mesh) => set(mesh, look.beads[mesh.userData[0].colour]));
-    this.pathColours = look.beads;
-    this.paths.forEach((lines, colour) => set(lines, look.beads[colour]));
+    this.pathLooks.forEach((material, colour) => material.color.set(look.beads[colour]));
     [this.rods, ...this.colours.obstacles].forEach((object) => set(object, look.arms));
     this.colours.lines.forEach((object) => set(object, look.line));
     this.colours.faces.forEach((object) => set(object, look.face));
@@ -363,8 +359,7 @@ class Stage {
   }
 
   setVisible(what, visible) {
-    if (what === "paths") this.pathsVisible = visible;
-    const of = { paths: this.paths, flow: [this.flow], domain: Object.values(this.colours).flat().filter(Boolean) };
+    const of = { paths: this.pathLooks, flow: [this.flow], domain: Object.values(this.colours).flat() };
     of[what].forEach((object) => object && (object.visible = visible));
   }
 

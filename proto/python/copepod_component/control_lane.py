@@ -63,16 +63,13 @@ class ControlLane(threading.Thread):
             return
         elif kind == "ping":
             self._last_ping = time.monotonic()
-            socket.send(self._pong(message.ping.stamp_ns))
+            names = ("step", "phase", "progress", "awaited_rank", "received_sequence", "replied_sequence")
+            pong = {"stamp_ns": message.ping.stamp_ns, **{name: getattr(self._context, name) for name in names}}
+            header = {"session_id": message.session_id, "epoch": message.epoch, "step": pong["step"]}
+            socket.send(to_frame(envelope(**header, pong=pong)))
         elif kind == "abort":
             self._log.error("Aborted by the coupler: %s", message.abort.failure.reason)
             self._stop(message.abort.failure.code)
-
-    def _pong(self, stamp_ns):
-        (session_id, epoch), context = self._header, self._context
-        names = ("step", "phase", "progress", "awaited_rank", "received_sequence", "replied_sequence")
-        pong = {"stamp_ns": stamp_ns, **{name: getattr(context, name) for name in names}}
-        return to_frame(envelope(session_id=session_id, epoch=epoch, step=context.step, pong=pong))
 
     def _look_for_coupler(self):
         now = time.monotonic()

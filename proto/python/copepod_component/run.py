@@ -59,7 +59,10 @@ def serve_component(served, capabilities, context, estimate=None):
         return 0
     if options.estimate:
         return _print_estimate(served.role, estimate, options.ranks)
-    log = _open_log(options, served.role)
+    level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
+    line = f"%(asctime)s %(levelname)s [{served.role} rank 0] %(message)s"
+    logging.basicConfig(filename=options.log_file, level=level, format=line)
+    log = logging.getLogger("copepod")
     try:
         keys = read_keys(options.keys) if options.keys else None
         require_keys_off_this_machine(options.endpoint, keys)
@@ -78,8 +81,18 @@ def serve_component(served, capabilities, context, estimate=None):
         sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
         return sock
 
+    features, host = sorted(capabilities.features), host_names.gethostname()
+
     def hello(lane):
-        return _hello(served.role, lane, options.session, capabilities, instance)
+        hello = {
+            "role": handshake.ROLE_FLUID if served.role == "fluid" else handshake.ROLE_BODY,
+            "lane": lane,
+            "versions": {"major": PROTOCOL_MAJOR, "minor_min": 0, "minor_max": PROTOCOL_MINOR},
+            "session_token": options.session,
+            "capabilities": dataclasses.asdict(capabilities) | {"features": features},
+            **{"host": host, "pid": os.getpid(), "ranks": 1, "instance": instance},
+        }
+        return to_frame(envelope(step=-1, hello=hello))
 
     control_lane, data_lane = make_socket("control"), make_socket("data")
     ControlLane(
@@ -87,7 +100,6 @@ def serve_component(served, capabilities, context, estimate=None):
     ).start()
     monitor = HandshakeMonitor(data_lane)
     data_lane.connect(options.endpoint)
-    features, host = capabilities.features, host_names.gethostname()
     server = Server(data_lane, served, features, hello(handshake.LANE_DATA), context, monitor, host, log)
     code = int(server.run(options.connect_deadline))
     log.info("Ending with exit code %d.", code)
@@ -140,23 +152,3 @@ def _print_estimate(role, estimate, ranks):
     except ComponentError as error:
         print(f"error: {error}", file=sys.stderr)
         return int(CaseError.code)
-
-
-def _open_log(options, role):
-    level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
-    logging.basicConfig(
-        filename=options.log_file, level=level, format=f"%(asctime)s %(levelname)s [{role} rank 0] %(message)s"
-    )
-    return logging.getLogger("copepod")
-
-
-def _hello(role, lane, token, capabilities, instance):
-    hello = {
-        "role": handshake.ROLE_FLUID if role == "fluid" else handshake.ROLE_BODY,
-        "lane": lane,
-        "versions": {"major": PROTOCOL_MAJOR, "minor_min": 0, "minor_max": PROTOCOL_MINOR},
-        "session_token": token,
-        "capabilities": dataclasses.asdict(capabilities) | {"features": sorted(capabilities.features)},
-        **{"host": host_names.gethostname(), "pid": os.getpid(), "ranks": 1, "instance": instance},
-    }
-    return to_frame(envelope(step=-1, hello=hello))

@@ -20,13 +20,6 @@ PHASES = {
 FINISH_S = 0.5
 
 
-def _unexpected(error):
-    """An exception that is a mistake in the solver, in one line with the place that raised it."""
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    where = f"{place.filename}, line {place.lineno}"
-    return f"The component raised {error!r} in {where} (see the log for the traceback). Fix it."
-
-
 class Server:
     def __init__(self, socket, served, features, hello, context, monitor, host, log):
         self._socket, self._served, self._features, self._hello = socket, served, features, hello
@@ -40,18 +33,26 @@ class Server:
             self._shake_hands(connect_deadline_s)
             while not self._session.has_ended():
                 self._serve(1.0)
-            if self._session.state == "done":
-                self._answer_repeated_finish()
+            end = time.monotonic() + FINISH_S  # Finished may be lost, and the coupler ask again
+            while self._session.state == "done" and time.monotonic() < end:
+                if self._socket.poll(10):
+                    self._handle(self._socket.recv())
             return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
         except Exception as error:
-            expected = isinstance(error, ComponentError)
-            code = error.code if isinstance(error, ComponentError) else ExitCode.SOLVER_FAILED
-            reason = f"{error}" if expected else _unexpected(error)
+            code, reason = ExitCode.SOLVER_FAILED, str(error)
+            if expected := isinstance(error, ComponentError):
+                code = error.code
+            else:  # a mistake in the solver, in one line with the place that raised it
+                place = traceback.extract_tb(error.__traceback__)[-1]
+                where = f"{place.filename}, line {place.lineno}"
+                reason = f"The component raised {error!r} in {where} (see the log for the traceback). Fix it."
             self._log.error("%s", reason, exc_info=not expected)
             if not self._session.session_id:  # the coupler cannot learn of it
                 print(f"error: {reason}", file=sys.stderr)
-            if self._session.session_id and not self._context.stop_code:
-                self._report_failure(code, reason)
+            elif not self._context.stop_code:
+                failure = {"code": int(code), "component": self._served.role, "host": self._host}
+                failure |= {"step": self._context.step, "reason": reason[:4000]}
+                self._socket.send(to_frame(self._envelope(step=self._context.step, failure=failure)))
             return self._context.stop_code or code
 
     def _shake_hands(self, connect_deadline_s):
@@ -69,13 +70,6 @@ class Server:
                 )
             self._socket.send(self._hello)
             self._serve(1.0)
-
-    def _answer_repeated_finish(self):
-        """Finished may be lost, and the coupler ask again."""
-        end = time.monotonic() + FINISH_S
-        while time.monotonic() < end:
-            if self._socket.poll(10):
-                self._handle(self._socket.recv())
 
     def _serve(self, seconds):
         """Handles the next message, if one comes in this time."""
@@ -135,11 +129,6 @@ class Server:
         self._served.follow_up(name)
         self._session.on_event("work done")
         self._context.phase = control.PHASE_WAITING
-
-    def _report_failure(self, code, reason):
-        step = self._context.step
-        failure = {"code": int(code), "component": self._served.role, "host": self._host, "step": step}
-        self._socket.send(to_frame(self._envelope(step=step, failure={**failure, "reason": reason[:4000]})))
 
     def _envelope(self, **fields):
         return envelope(session_id=self._session.session_id, epoch=self._session.epoch, **fields)

@@ -54,7 +54,11 @@ class Session:
             return Action("ignore", reason=f"request {envelope.sequence} was answered long ago")
         row = transition(self.role, self.state, message=name)
         if row is None:
-            return self._refuse(self._illegal(name))
+            legal = ", ".join(legal_messages(self.role, self.state)) or "no message"
+            return self._refuse(
+                f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows {legal}). "
+                "Send the messages in the order of docs/protocol.md."
+            )
         if envelope.sequence != self.last_sequence + 1:
             return self._refuse(
                 f"request {envelope.sequence} came after request {self.last_sequence} "
@@ -77,10 +81,3 @@ class Session:
     def _refuse(self, reason):
         self.state = "failed"
         return Action("refuse", reason=reason)
-
-    def _illegal(self, name):
-        legal = ", ".join(legal_messages(self.role, self.state)) or "no message"
-        return (
-            f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows {legal}). "
-            "Send the messages in the order of docs/protocol.md."
-        )

@@ -128,7 +128,8 @@ class ServedFluid(_Served):
             self.solver = self._make_solver(body, self._context)
             reply.configured.SetInParent()
         elif name == "Kinematics":
-            kinematics = read_kinematics(body, request.step, self._bodies)
+            arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in _WIDTHS.items())
+            kinematics = Kinematics(request.step, *arrays)
             force, torque = self._timed("exchange", self.solver.exchange, kinematics)
             _write(reply.loads.force_N, force, (self._bodies, 3), "force_N")
             _write(reply.loads.torque_N_m, torque, (self._bodies, 3), "torque_N_m")
@@ -162,10 +163,6 @@ class ServedBody(_Served):
 
 
 _WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angular_velocity_rad_per_s": 3}
-
-
-def read_kinematics(message, step, bodies):
-    return Kinematics(step, *(_read(getattr(message, name), (bodies, width), name) for name, width in _WIDTHS.items()))
 
 
 def write_kinematics(kinematics, bodies, reply):

@@ -38,7 +38,10 @@ def check_setup(setup):
         raise _refused(f"no_slip_plane is {setup.no_slip_plane}, a domain has 6 faces")
     if hasattr(setup, "fields"):
         _check_fields(setup.fields)
-        _check_cells(setup.domain_cells)
+        if min(setup.domain_cells) < 0:
+            raise _refused(f"domain_cells is {min(setup.domain_cells)}, less than 0")
+        if math.prod(max(1, count) for count in setup.domain_cells) > CELLS:
+            raise _refused("domain_cells are more than 10^12 cells")
         for pair in setup.jointed:
             if not pair.body_A < pair.body_B < len(setup.bodies):
                 raise _refused(f"a joint is on bodies {pair.body_A} and {pair.body_B} of {len(setup.bodies)}")
@@ -87,13 +90,6 @@ def _check_fields(fields):
         raise _refused(f"fields.mean_start is {fields.mean_start}, not before mean_stop {fields.mean_stop}")
     if fields.mean_every_steps == 0:
         raise _refused("fields.mean_every_steps of a mean is 0")
-
-
-def _check_cells(cells):
-    if min(cells) < 0:
-        raise _refused(f"domain_cells is {min(cells)}, less than 0")
-    if math.prod(max(1, count) for count in cells) > CELLS:
-        raise _refused("domain_cells are more than 10^12 cells")
 
 
 def _check(message):

@@ -45,10 +45,15 @@ def make_parser():
     parser.add_argument("--only", action="append", metavar="GROUP", help="only this group of checks; may be repeated")
     parser.add_argument("--junit", metavar="FILE", help="write the results as JUnit XML")
     parser.add_argument("--verbose", action="store_true", help="list every check, not only those that failed")
-    parser.add_argument("--jobs", type=_positive(int), metavar="N", help="components at a time (default: 2 per core)")
+    parser.add_argument(
+        "--jobs",
+        type=number_type(int, 1, "positive number"),
+        metavar="N",
+        help="components at a time (default: 2 per core)",
+    )
     parser.add_argument(
         "--patience",
-        type=_positive(float),
+        type=number_type(float, sys.float_info.min, "positive number"),
         default=20.0,
         metavar="SECONDS",
         help="longest wait for an answer (default: 20)",
@@ -123,14 +128,16 @@ def _show_progress(done, total):
         print(f"\r{done} of {total} checks", end="\n" if done == total else "", file=sys.stderr, flush=True)
 
 
-def _positive(kind):
+def number_type(kind, least, what):
+    """Type of an argument: int or float, from `least` on."""
+
     def read(text):
         try:
             value = kind(text)
         except ValueError:
-            value = 0
-        if not 0 < value < math.inf:
-            raise argparse.ArgumentTypeError(f"'{text}' is not a positive number.")
+            value = math.nan
+        if not least <= value < math.inf:
+            raise argparse.ArgumentTypeError(f"'{text}' is not a {what}.")
         return value
 
     return read

@@ -36,11 +36,6 @@ def settled(role, state):
     return row.get("to", state) if row else state
 
 
-def is_busy(role, state):
-    """Whether a component only passes through this state while it works on a request."""
-    return settled(role, state) != state
-
-
 def states_with_requests(role):
     """States in which a component can be sent a message, in the order of a run."""
     return [state for state in _paths(role) if transition(role, state, event="work failed")]

@@ -3,26 +3,15 @@
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 
-from copepod_conformance.checks import (
-    body_contacts,
-    body_joints,
-    body_physics,
-    checkpoints,
-    exactly_once,
-    fluid_physics,
-    handshake,
-    lifetime,
-    limits,
-    states,
-)
 from copepod_conformance.component_process import end_marked
 from copepod_conformance.trial import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
 SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts
-_MODULES = (handshake, states, exactly_once, limits, checkpoints, lifetime)
-_OF_ROLE = {"fluid": (fluid_physics,), "body": (body_physics, body_contacts, body_joints)}
+_OF_BOTH_ROLES = ("handshake", "states", "exactly_once", "limits", "checkpoints", "lifetime")
+_OF_ROLE = {"fluid": ("fluid_physics",), "body": ("body_physics", "body_contacts", "body_joints")}
 GROUPS = (  # of checks, in the order of the report
     *("handshake", "versions", "states", "exactly once", "limits", "numbers", "checkpoints"),
     *("control lane", "ends", "processes", "physics"),
@@ -31,7 +20,9 @@ _MOST_SILENCES = 12  # each costs the whole patience
 
 
 def all_checks(subject):
-    return [check for module in _MODULES + _OF_ROLE[subject.role] for check in module.checks(subject)]
+    names = _OF_BOTH_ROLES + _OF_ROLE[subject.role]
+    modules = [import_module(f"copepod_conformance.checks.{name}") for name in names]
+    return [check for module in modules for check in module.checks(subject)]
 
 
 class Suite:
@@ -76,10 +67,5 @@ class Suite:
         except (Violation, OSError) as violation:
             with self._lock:
                 self._silences += isinstance(violation, Silence)
-            return Result(check, "failed", time.monotonic() - start, str(violation), _last(sent))
-
-
-def _last(sent):
-    """The end of the conversation, short enough to read."""
-    shown = sent[-5:]
-    return ", ".join((["…"] if len(sent) > len(shown) else []) + shown)
+            last = ", ".join((["…"] if len(sent) > 5 else []) + sent[-5:])  # short enough to read
+            return Result(check, "failed", time.monotonic() - start, str(violation), last)

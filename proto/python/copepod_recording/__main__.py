@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import math
 import os
 import shutil
 import signal
@@ -10,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from copepod_conformance.__main__ import called_as, end
+from copepod_conformance.__main__ import called_as, end, number_type
 
 _SHOWN = 10  # differences
 _PATIENCE_S = 600.0  # for a reply
@@ -56,12 +55,13 @@ def make_parser():
     trace.add_argument("--steps", type=_steps, metavar="START:STOP", help="only these steps")
     trace.add_argument("--out", metavar="FILE", help="file to write (default: RUN_DIR/trace.json)")
     trace.add_argument("--picture", metavar="FILE", type=_picture, help="also draw the steps, as PNG or SVG")
+    tolerance = number_type(float, 0.0, "relative difference (a number ≥ 0, such as 1e-9)")
     replay = add("replay", _replay, "play the coupler of the run to the component that the command after -- starts")
     component = add("component", _component, "take part in a run as the recorded component")
     for command in (replay, component):
         command.add_argument("--role", required=True, choices=("fluid", "body"))
         command.add_argument(
-            "--tolerance", type=_tolerance, default=0.0, metavar="X", help="relative difference (default: 0, every bit)"
+            "--tolerance", type=tolerance, default=0.0, metavar="X", help="relative difference (default: 0, every bit)"
         )
     return parser
 
@@ -142,7 +142,13 @@ def _replay(options):
     script = script_of(recording, options.role)
     if not script.exchanges:
         end(f"{recording.path} has no requests to the {options.role} component. Record a longer run.")
-    _require_checkpoint(script, recording.path)
+    start = script.restore
+    if start is not None and not Path(start.path).parent.exists():
+        end(
+            f"{recording.path.stem} cannot be replayed (it resumed from {Path(start.path).parent}, which no longer "
+            "exists: a run keeps only its last checkpoints). Replay an earlier --attempt, or record a run that is not "
+            "resumed.",
+        )
     if not options.command or shutil.which(options.command[0]) is None:
         name = " ".join(options.command) or "(none given)"
         end(f"The {options.role} component {name} cannot be started (no such program). Give its path.")
@@ -179,15 +185,6 @@ def _component(options):
     return serve_recording(options.role, _wire(options), options.tolerance)
 
 
-def _require_checkpoint(script, path):
-    start = script.restore
-    if start is not None and not Path(start.path).parent.exists():
-        end(
-            f"{path.stem} cannot be replayed (it resumed from {Path(start.path).parent}, which no longer exists: a run "
-            "keeps only its last checkpoints). Replay an earlier --attempt, or record a run that is not resumed.",
-        )
-
-
 def _print_endings(recordings):
     for recording in recordings:
         if recording.ending:
@@ -206,16 +203,6 @@ def _picture(text):
     if Path(text).suffix.lower() not in (".png", ".svg"):
         raise argparse.ArgumentTypeError(f"{text} is neither PNG nor SVG. Use FILE.png or FILE.svg.")
     return text
-
-
-def _tolerance(text):
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a relative difference (a number ≥ 0, such as 1e-9).")
-    return value
 
 
 if __name__ == "__main__":

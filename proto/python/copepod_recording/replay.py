@@ -8,10 +8,10 @@ from copepod_component.errors import CaseError, SolverError
 from copepod_component.messages import Envelope, message_name
 from copepod_component.run import Capabilities, serve_component
 from copepod_conformance.conversation import DATA, Conversation
+from copepod_conformance.protocol import ROLE_NUMBER
 from copepod_conformance.verdicts import Violation
 from copepod_recording.comparison import differences
 
-_ROLES = {"fluid": 1, "body": 2}
 _TO_COMPONENT, _CONTROL_LANE = 1, 2
 _HANDSHAKE = ("Hello", "Welcome", "Refusal", None)
 _END_S = 30.0  # after Finished
@@ -44,7 +44,7 @@ def script_of(recording, role):
     script = Script()
     by_sequence = {}
     for recorded, envelope in recording.messages():
-        if recorded.role != _ROLES[role] or recorded.lane == _CONTROL_LANE:
+        if recorded.role != ROLE_NUMBER[role] or recorded.lane == _CONTROL_LANE:
             continue
         if envelope is None:
             recording.ending = f"damaged after {len(script.exchanges)} exchanges"
@@ -72,7 +72,7 @@ def replay(component, role, script, tolerance, on_difference):
     try:
         with Conversation(component) as conversation:
             conversation.await_hello()
-            if conversation.hellos[DATA].envelope.hello.role != _ROLES[role]:
+            if conversation.hellos[DATA].envelope.hello.role != ROLE_NUMBER[role]:
                 raise Violation(f"a Hello that is not of a {role} component")
             conversation.welcome()
             compared = 0
@@ -100,7 +100,7 @@ def replay(component, role, script, tolerance, on_difference):
 def _ask(conversation, exchange, role):
     """Sends a recorded request in the present session and returns the reply."""
     request = Envelope()
-    request.ParseFromString(exchange.request.SerializeToString())
+    request.CopyFrom(exchange.request)
     conversation.sequence += 1
     conversation.with_header(request, attempt=0)
     _redirect(request, role, conversation.folder)
@@ -151,7 +151,7 @@ class RecordedComponent:
                 "recorded). Run fewer steps, or replay an attempt that finished."
             )
         recorded = Envelope()
-        recorded.ParseFromString(exchange.request.SerializeToString())
+        recorded.CopyFrom(exchange.request)
         recorded.sequence = request.sequence
         for text in differences(recorded, request, self._tolerance):
             raise SolverError(
@@ -159,7 +159,7 @@ class RecordedComponent:
                 "Compare coupler and case with those of the recording."
             )
         session = (reply.session_id, reply.epoch, reply.sequence)
-        reply.ParseFromString(exchange.reply.SerializeToString())
+        reply.CopyFrom(exchange.reply)
         reply.session_id, reply.epoch, reply.sequence = session
 
     def follow_up(self, name):

@@ -6,10 +6,10 @@ The format: https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0
 from dataclasses import dataclass
 
 from copepod_component.messages import message_name
+from copepod_recording.reader import ROLES
 
-_ORDER = ("coupler", "body", "fluid")
+_ORDER = {"coupler": 0, "body": 1, "fluid": 2}
 _MESSAGES = 100  # process number of the recorded messages
-_ROLES = {1: "fluid", 2: "body"}
 _COLOURS = {
     "waiting": "#eeeeee",
     "wait for fluid": "#eeeeee",
@@ -26,6 +26,7 @@ _COLOURS = {
     "bulk": "#2e6f9e",
 }
 _OTHER = "#999999"
+_OF_PROTOCOL = ("waiting", "exchanging", "advancing", "configuring", "checkpointing", "couple")
 
 
 @dataclass(frozen=True)
@@ -53,12 +54,8 @@ class Timeline:
 
 def read(recordings):
     """Timeline of every recording, coupler first; all on the clock of the first one."""
-    ordered = sorted(recordings, key=lambda recording: (_place(recording.header.process), recording.header.rank))
+    ordered = sorted(recordings, key=lambda each: (_ORDER.get(each.header.process, len(_ORDER)), each.header.rank))
     return [_timeline(recording, ordered[0].header) for recording in ordered]
-
-
-def _place(process):
-    return _ORDER.index(process) if process in _ORDER else len(_ORDER)
 
 
 def _timeline(recording, reference):
@@ -127,11 +124,11 @@ def _complete(process, thread, name, begin_ns, end_ns, step):
 def _messages(wire, start, end):
     """From each request until its reply, as the coupler's socket saw both."""
     events = []
-    for role, name in _ROLES.items():
+    for role, name in ROLES.items():
         events += _names(_MESSAGES, "messages", role, f"{name}: request to reply")
     requests: dict = {}
     for recorded, envelope in wire.messages():
-        if recorded.lane != 1 or recorded.role not in _ROLES or not start <= recorded.time_ns <= end or not envelope:
+        if recorded.lane != 1 or recorded.role not in ROLES or not start <= recorded.time_ns <= end or not envelope:
             continue
         key = (recorded.role, envelope.sequence)
         if recorded.direction == 1:
@@ -156,7 +153,8 @@ def draw(timelines, path):
     for row, timeline in enumerate(reversed(timelines)):
         for phase in timeline.phases:
             colour = _COLOURS.get(phase.name, _OTHER)
-            height = 0.8 if _is_outer(phase.name) else 0.45
+            is_outer = phase.name in _OF_PROTOCOL or phase.name.startswith("wait ")  # those of solvers lie inside
+            height = 0.8 if is_outer else 0.45
             begin, length = (phase.begin_ns - start) * 1e-3, (phase.end_ns - phase.begin_ns) * 1e-3
             axes.barh(row, length, left=begin, height=height, color=colour, linewidth=0)
             if phase.name not in seen:
@@ -171,10 +169,3 @@ def draw(timelines, path):
     figure.tight_layout(rect=(0, 0, 1, 0.86))
     figure.savefig(path, dpi=130)
     plt.close(figure)
-
-
-def _is_outer(name):
-    """Phases of the protocol; those of solvers lie inside them."""
-    return name in ("waiting", "exchanging", "advancing", "configuring", "checkpointing", "couple") or name.startswith(
-        "wait "
-    )

@@ -34,8 +34,8 @@ def _hello(trial):
     hellos = {lane: trial.hellos[lane].envelope.hello for lane in (DATA, CONTROL)}
     first = hellos[DATA]
     for lane, hello in hellos.items():
-        envelope = trial.hellos[lane].envelope
-        versions = hello.versions
+        envelope, versions = trial.hellos[lane].envelope, hello.versions
+        has_begun = envelope.session_id or envelope.epoch or envelope.sequence
         for wrong, text in (
             (hello.role != ROLE_NUMBER[trial.role], f"role {hello.role}, not that of a {trial.role} component"),
             (hello.session_token != trial.token, "a session token that is not the one of --session"),
@@ -47,10 +47,7 @@ def _hello(trial):
             (versions.major != PROTOCOL_MAJOR, f"protocol {versions.major}, not {PROTOCOL_MAJOR}"),
             (versions.minor_min > versions.minor_max, "a range of minor versions that is empty"),
             (envelope.protocol_major != versions.major, "an Envelope of another version than its Hello"),
-            (
-                envelope.session_id or envelope.epoch or envelope.sequence,
-                "a session, epoch or number before the Welcome",
-            ),
+            (has_begun, "a session, epoch or number before the Welcome"),
         ):
             if wrong:
                 raise Violation(f"a Hello on the {lane} lane with {text}")
@@ -72,7 +69,10 @@ def _known_features(trial):
     unknown = sorted(name for name in trial.subject.features if not _is_known(name))
     trial.sent.append("nothing; read the features from --capabilities")
     if unknown:
-        raise Violation("; ".join(f"feature '{name}', which is not a known name{_nearest(name)}" for name in unknown))
+        nearest = [difflib.get_close_matches(name, FEATURES, n=1) for name in unknown]
+        hints = [f" (did you mean {near[0]}?)" if near else "" for near in nearest]
+        texts = (f"feature '{name}', which is not a known name{hint}" for name, hint in zip(unknown, hints))
+        raise Violation("; ".join(texts))
 
 
 def _is_known(name):
@@ -82,11 +82,6 @@ def _is_known(name):
     neglected = name.removeprefix("neglects:")
     neglectable = {known for known, kind in FEATURES.items() if kind in ("physics", "run")}
     return neglected != name and neglected in neglectable | {known.partition(":")[0] for known in neglectable}
-
-
-def _nearest(name):
-    nearest = difflib.get_close_matches(name, FEATURES, n=1)
-    return f" (did you mean {nearest[0]}?)" if nearest else ""
 
 
 def _estimate(trial):

@@ -3,13 +3,14 @@
 import dataclasses
 import math
 import secrets
+from functools import partial
 
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.internal.encoder import _VarintBytes as varint
 from google.protobuf.message import Message
 
 from copepod_component.messages import Envelope, message_name
-from copepod_conformance.cases import add_actuator
+from copepod_conformance.cases import ZERO, add_actuator
 from copepod_conformance.conversation import CONTROL
 from copepod_conformance.protocol import SETUP, STEP, content
 from copepod_conformance.verdicts import Check, Rule
@@ -193,20 +194,8 @@ def checks(subject):
     ]
 
 
-def _long_name(setup):
-    setup.bodies[0].name = _LONG_TEXT
-
-
-def _spring_to_nowhere(setup):
-    setup.springs.add(body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=[0, 0, 0], anchor_B_m=[0, 0, 0])
-
-
-def _actuator_on_nothing(setup):
-    add_actuator(setup, "world_force", body_A=2)
-
-
-def _bend_to_nowhere(setup):
-    setup.bends.add(body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
+def _adding(what, **fields):
+    return lambda setup: getattr(setup, what).add(**fields)
 
 
 def _output(**fields):
@@ -214,19 +203,26 @@ def _output(**fields):
     return lambda setup: setup.fields.MergeFrom(type(setup.fields)(**fields))
 
 
+def _long_name(setup):
+    setup.bodies[0].name = _LONG_TEXT
+
+
 def _cells(*counts):
     return lambda setup: setup.domain_cells.__setitem__(slice(None), counts)
 
 
+_SPRING = _adding("springs", body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=ZERO, anchor_B_m=ZERO)
+_BEND = _adding("bends", body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
+_ACTUATOR = partial(add_actuator, name="world_force", body_A=2)
 _EVERY_0TH, _NO_STEP = _output(mean_stop=2), _output(mean_start=2, mean_stop=2, mean_every_steps=1)
 
 # By role: name of the check, rule, what is done to the setup, and how to describe that.
 _BAD_SETUPS = {
     "body": (
         ("a body name of 4097 bytes", _TEXT, _long_name, "a name of 4097 bytes"),
-        ("a spring to a body that does not exist", _INDEX, _spring_to_nowhere, "a spring from body 0 to body 2 of 2"),
-        ("an actuator on a body that does not exist", _INDEX, _actuator_on_nothing, "an actuator on body 2 of 2"),
-        ("a bend to a body that does not exist", _INDEX, _bend_to_nowhere, "a bend of bodies 0, 1 and 2 of 2"),
+        ("a spring to a body that does not exist", _INDEX, _SPRING, "a spring from body 0 to body 2 of 2"),
+        ("an actuator on a body that does not exist", _INDEX, _ACTUATOR, "an actuator on body 2 of 2"),
+        ("a bend to a body that does not exist", _INDEX, _BEND, "a bend of bodies 0, 1 and 2 of 2"),
     ),
     "fluid": (
         ("a mean of every 0th step", _FIELDS, _EVERY_0TH, "a mean of every 0th of steps 0 to 2"),
