@@ -48,7 +48,7 @@ class HostConnection:
         self.left: int | None = None  # processes that could not be ended, once the guard has ended the others
         self._answered = time.monotonic()
         self._asked = self._received = 0
-        self._reader = EventReader()  # passes over what a login script prints
+        self._reader = EventReader()  # ignores what a login script prints
         self._is_ready = self.is_closed = False
         command = hosts.connecting_command(host, hosts.guard_command(GUARD, mark))
         self._popen = start_child(command, signal.SIGKILL, stdin=PIPE, stdout=PIPE, stderr=PIPE)

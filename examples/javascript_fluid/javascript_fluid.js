@@ -80,14 +80,16 @@ const sessionOf = ({ session_id, epoch }) => ({ session_id, epoch });
 const isOf = (session, { session_id, epoch }) => session?.session_id.equals(session_id) && session.epoch.equals(epoch);
 
 // ---- Limits
-const ANY = 0; // of joints and the field output, which this fluid does not use
+const ANY = 0; // of joints, other shapes and the field output, which this fluid does not use
 // Others have 3 for each body.
-const LENGTHS = { boundaries: 6, orientation_wxyz: 4, jointed: ANY, quantities: ANY, region_cells: ANY };
+const LENGTHS = { boundaries: 6, orientation_wxyz: 4, jointed: ANY, quantities: ANY, region_cells: ANY,
+  parts: ANY, obstacles: ANY, meshes: ANY, vertices_m: ANY, triangles: ANY };
 
 function checkFields(message, bodies = 1) {
   for (const { name, type, repeated, resolvedType } of message.$type.fieldsArray.map((field) => field.resolve())) {
     const entries = repeated ? message[name] : [message[name]];
-    const fixed = repeated && LENGTHS[name] !== ANY;
+    const isAbsent = name === "extents_m" && entries.length === 0; // of spheres
+    const fixed = repeated && LENGTHS[name] !== ANY && !isAbsent;
     if (name === "bodies" ? entries.length > 1e6 : fixed && entries.length !== (LENGTHS[name] ?? 3) * bodies)
       throw refused(`${name} has ${entries.length} entries`);
     for (const entry of entries) {

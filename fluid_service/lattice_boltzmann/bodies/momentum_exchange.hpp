@@ -189,8 +189,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     }
   }
 
-  /// Whether the links of a body are what exchange_groups is for: into one image of it. Its films are computed one by
-  /// one.
+  /// Whether the links of a body are what exchange_groups is for: into one image of it. Films are computed one by one.
   [[nodiscard]] bool is_simple(const LatticeBody& body) const {
     const Domain& domain = map_.domain();
     const Eigen::AlignedBox3d bounds = body.bounds();
