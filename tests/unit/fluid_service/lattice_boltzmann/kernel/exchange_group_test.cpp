@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
+
+#include "lattice_boltzmann/bodies/lattice_body.hpp"
 
 namespace copepod::fluid {
 namespace {
@@ -89,12 +93,28 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   };
   const auto expected = all(baseline_kernels<T>().exchange_groups);
   EXPECT_NE(std::get<0>(expected), std::get<3>(expected));
-  if (avx2_kernels<T>().stream_collide) {
-    EXPECT_EQ(all(avx2_kernels<T>().exchange_groups), expected);
+  const auto expect_the_same_of_all = [&] {
+    for (const Kernels<T>& kernels : {baseline_kernels<T>(), avx2_kernels<T>(), avx512_kernels<T>()}) {
+      if (!kernels.stream_collide) continue;
+      EXPECT_EQ(all(kernels.exchange_groups), expected) << kernels.instruction_set;
+    }
+  };
+  expect_the_same_of_all();
+  // As another body, whose surface happens to be where the sphere's is.
+  std::vector<double> distances(2 * BodyInBlock::distances_per_group, 1.0);
+  for (std::size_t lane = 0; lane < 7; ++lane) {
+    Eigen::Vector3d r;
+    for (std::size_t axis = 0; axis < 3; ++axis) r[axis] = group.cell[axis][lane] + 0.5 - sphere.position[axis];
+    double* distance = distances.data() + lane;
+    for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, distance += surface_lanes) {
+      const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
+      *distance = std::min(entry_into_sphere(r, {e[0], e[1], e[2]}, sphere.radius), 1.0);
+    }
   }
-  if (avx512_kernels<T>().stream_collide) {
-    EXPECT_EQ(all(avx512_kernels<T>().exchange_groups), expected);
-  }
+  sphere.wall_distances = distances.data();
+  expect_the_same_of_all();
+  distances[surface_lanes + 3] *= 0.5;
+  EXPECT_NE(all(baseline_kernels<T>().exchange_groups), expected);
 }
 
 }  // namespace
