@@ -179,7 +179,9 @@ class Shapes(WholeRunTest):
         self.assertGreater(velocities[0][-1], 1e-6)
         np.testing.assert_allclose(velocities[1], -velocities[0], atol=1e-9 * velocities[0][-1])
 
-    def test_fluid_and_a_tumbling_box_keep_their_momentum_as_fluid_and_a_sphere_do(self):
+    def test_fluid_and_a_tumbling_box_keep_their_momentum_but_for_a_small_part_of_the_impulses(self):
+        """Measured: 1.3 % for a box whose corners move by 0.04 cells per step, 0.3 % for a sphere of its volume. The
+        cells that a body uncovers begin with the momentum of its surface, not with that of those that it covers."""
         motion = {"velocity_m_per_s": [0.01, 0.004, -0.007], "angular_velocity_rad_per_s": [0.003, -0.004, 0.002]}
         drifts = {}
         for name, shape in {"box": {"shape": "box", "edges_m": [8, 10, 6]}, "sphere": {"radius_m": 4.857}}.items():
@@ -187,6 +189,8 @@ class Shapes(WholeRunTest):
             run = self.run_in([24, 24, 24], 0.8, 100_000 if "--all" in ARGUMENTS else 1000, every=100, bodies=[body])
             drifts[name] = run.summary["momentum_drift"]
         print("momentum that comes from nowhere:", drifts)
+        self.assertLess(drifts["box"], 0.02)
+        self.assertLess(drifts["sphere"], 0.005)
 
 
 if __name__ == "__main__":
