@@ -180,7 +180,7 @@ class Shapes(WholeRunTest):
         np.testing.assert_allclose(velocities[1], -velocities[0], atol=1e-9 * velocities[0][-1])
 
     def test_fluid_and_a_tumbling_box_keep_their_momentum_but_for_a_small_part_of_the_impulses(self):
-        """Measured: 1.3 % for a box whose corners move by up to 0.05 cells per step, 0.3 % for a sphere of its volume."""
+        """Measured: 1.3 % for a box whose corners move by up to 0.05 cells a step, 0.3 % for a sphere of its volume."""
         motion = {"velocity_m_per_s": [0.01, 0.004, -0.007], "angular_velocity_rad_per_s": [0.003, -0.004, 0.002]}
         drifts = {}
         for name, shape in {"box": {"shape": "box", "edges_m": [8, 10, 6]}, "sphere": {"radius_m": 4.857}}.items():
