@@ -1,6 +1,7 @@
 """Broken: looks for the next message again and again instead of sleeping until it comes."""
 
 import sys
+import time
 
 import zmq
 
@@ -10,14 +11,16 @@ from copepod_component.server import Server
 
 
 def spin(server, seconds):
-    while not server._context.stop_code:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if server._context.stop_code:
+            return server._session.on_event("coupler lost")
         try:
-            return server._socket.recv(zmq.DONTWAIT)
+            return server._handle(server._socket.recv(zmq.DONTWAIT))
         except zmq.Again:
             pass
-    server._session.on_event("coupler lost")
-    return None
 
 
-Server._receive = spin
+assert Server._serve  # takes the place of what is there
+Server._serve = spin
 sys.exit(run_fluid_component(Drag, FLUID))
