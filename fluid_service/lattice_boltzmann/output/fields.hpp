@@ -56,7 +56,7 @@ enum class Reflection { scalar, vector, axial_vector };
 
 /// An array of each group of fields.h5.
 struct FieldArray {
-  const char* name;
+  const char* name = "";
   std::optional<FieldQuantity> quantity;  ///< that a case asks for; none: the array is always there
   Reflection reflection = Reflection::scalar;
 
