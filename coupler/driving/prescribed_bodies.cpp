@@ -23,6 +23,7 @@ std::vector<Eigen::Index> all_but(const std::vector<PrescribedBody>& prescribed,
 
 std::vector<Shape> shapes_of(const std::vector<BodySpecification>& bodies) {
   std::vector<Shape> shapes;
+  shapes.reserve(bodies.size());
   for (const BodySpecification& body : bodies) shapes.push_back(body.shape);
   return shapes;
 }
