@@ -62,7 +62,7 @@ void note_shapes(ordered_json& notes, const LoadedCase& loaded) {
     const Shape& shape = body.shape;
     if (is_round(shape)) continue;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia_tensor_kg_m2(body));
-    const Eigen::Vector3d moments_kg_m2 = principal.eigenvalues();
+    const Eigen::Vector3d& moments_kg_m2 = principal.eigenvalues();
     std::string value =
         fmt::format("{}, {:.4g} m³, {:.4g} kg, principal moments {:.4g}, {:.4g}, {:.4g} kg m²", word_of(shape),
                     volume_m3(shape), body.mass_kg, moments_kg_m2[0], moments_kg_m2[1], moments_kg_m2[2]);
