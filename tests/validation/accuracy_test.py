@@ -66,6 +66,24 @@ class References(unittest.TestCase):
         for aspect, drags in known.items():
             np.testing.assert_allclose(shapes.spheroid_drag(aspect), drags, atol=1e-5)
 
+    def test_ellipsoids_turn_in_shear_as_jeffery_has_it(self):
+        """Spheroids with their axis in the plane of shear, however their semi-axes are named; half an orbit."""
+        rate = 1e-3
+        for aspect in (2.0, 1 / 3):
+            for angle in (0.0, 0.4, 1.1):  # from the flow, about y
+                spheroid = np.array([np.cos(angle / 2), 0, np.sin(angle / 2), 0])
+                form = 0.5 * rate * (1 - (aspect**2 - 1) / (aspect**2 + 1) * np.cos(2 * angle))
+                np.testing.assert_allclose(shear.jeffery([1, 1, aspect], spheroid, rate), [0, -form, 0], atol=1e-15)
+        turn = np.array([0.8, 0.36, 0.48, 0.0])
+        quarter = np.array([0.8 - 0.36, 0.8 + 0.36, 0.48, -0.48]) * np.sqrt(0.5)  # its y axis is the other's z axis
+        np.testing.assert_allclose(
+            shear.jeffery([4, 6, 9], turn, rate), shear.jeffery([4, 9, 6], quarter, rate), rtol=1e-12
+        )
+        steps = np.arange(round(np.pi * (2 + 1 / 2) / rate) + 1)
+        angles = -np.arctan2(np.sin(rate * steps / 2.5), 2 * np.cos(rate * steps / 2.5))
+        orbit = np.column_stack([np.cos(angles / 2), 0 * steps, np.sin(angles / 2), 0 * steps])
+        self.assertLess(shear.angle_to_jeffery([1, 1, 2], orbit, rate), 0.05)
+
     def test_a_sphere_starts_as_the_equation_of_basset_makes_it_step_by_step(self):
         """V' constant within a step: ∫ V'(s)/√(t − s) ds is a sum."""
         steps = np.arange(300)

@@ -98,6 +98,8 @@ class Shapes(WholeRunTest):
                     self.assertLess(speeds[-1], 0.1 * speeds[0])
 
     def test_a_sphere_of_triangles_has_the_drag_of_the_sphere_to_the_second_order_of_their_edges(self):
+        """Measured: −3.0, −0.82 and −0.20 %, of triangles whose corners are on the sphere."""
+
         def drag(**shape):
             body = {"name": "body", **shape, "position_m": [12.3, 11.9, 12.1], "mass_kg": 1, "motion": "prescribed"}
             body |= {"velocity_m_per_s": [0, 0, 1e-6]}
@@ -107,7 +109,6 @@ class Shapes(WholeRunTest):
         exact = drag(radius_m=5.2)
         text = [obj(*sphere_mesh(divisions)) for divisions in (2, 3, 4)]  # 320, 1280, 5120 triangles
         errors = [100 * (drag(shape="mesh", text=mesh, unit_m=5.2) / exact - 1) for mesh in text]
-        print("drag of meshes [%]:", errors)
         self.assertLess(abs(errors[2]), 0.2)
         for coarse, fine in itertools.pairwise(errors):
             self.assertAlmostEqual(coarse / fine, 4, delta=1)
@@ -121,6 +122,7 @@ class Shapes(WholeRunTest):
         self.assertEqual(len(digests), 1)
 
     def test_a_packing_lets_as_much_fluid_through_as_one_mesh_as_it_does_as_spheres(self):
+        """Measured: −0.001 %; +0.29 % of meshes with their corners on the spheres."""
         random, centres = np.random.default_rng(2), []
         while len(centres) < 12:
             centre = 32 * random.random(3)
@@ -148,8 +150,7 @@ class Shapes(WholeRunTest):
             return float(momentum.where(fields["body"] == 0).sum())
 
         error = 100 * (velocity(obstacles=[mesh]) / velocity(bodies=spheres) - 1)
-        print("flow through the mesh of a packing [%]:", error)
-        self.assertLess(abs(error), 0.3)
+        self.assertLess(abs(error), 0.05)
 
     def test_an_obstacle_is_the_same_wherever_the_origin_of_its_frame_is(self):
         """And although it reaches through faces, further than half of the domain from there."""
@@ -175,7 +176,6 @@ class Shapes(WholeRunTest):
             body["position_m"] = [16, 16, 24]
             run = self.run_in([32, 32, 48], 0.8, 500, every=10, bodies=[body], actuators=[torque])
             velocities.append(run.trajectory.loc["screw"]["vz_m_per_s"].to_numpy())
-        print("last velocities of the helix:", velocities[0][-1], velocities[1][-1])
         self.assertGreater(velocities[0][-1], 1e-6)
         np.testing.assert_allclose(velocities[1], -velocities[0], atol=1e-9 * velocities[0][-1])
 
@@ -187,7 +187,6 @@ class Shapes(WholeRunTest):
             body = {"name": name, **shape, "density_kg_per_m3": 2, "position_m": [12.2, 11.7, 12.4], **motion}
             run = self.run_in([24, 24, 24], 0.8, 100_000 if "--all" in ARGUMENTS else 1000, every=100, bodies=[body])
             drifts[name] = run.summary["momentum_drift"]
-        print("momentum that comes from nowhere:", drifts)
         self.assertLess(drifts["box"], 0.02)
         self.assertLess(drifts["sphere"], 0.005)
 

@@ -170,13 +170,14 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     return cells;
   }
 
-  /// Where the links of groups cross the surface; 1 in lanes and links that are free.
+  /// Where the links of groups cross the surface; 1 in free lanes.
   void set_wall_distances(const LatticeBody& body, std::span<const CellGroup* const> groups,
                           std::vector<double>& distances) const {
-    distances.assign(groups.size() * BodyInBlock::distances_per_group, 1.0);
+    distances.resize(groups.size() * BodyInBlock::distances_per_group);
     const Cell& low = layout_.block().low;
     double* of_group = distances.data();
     for (const CellGroup* const group : groups) {
+      std::fill_n(of_group, group->links * surface_lanes, 1.0);
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
         const auto& at = group->cell;
         const Eigen::Vector3d r = map_.domain().from_position(
