@@ -15,6 +15,7 @@ struct StepRecord {
   const Loads& raw;              ///< as the fluid returned them
   const Loads& applied;          ///< after averaging: what acts on the bodies
   const Loads& drive;            ///< of all actuators, at the start of the step
+  const Loads& obstacles;        ///< on those with loads
 };
 
 /// Looks at a run and never changes it; all output of a run is made by observers.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 
 #include "storage/csv_file.hpp"
 #include "storage/hdf5_table.hpp"
@@ -107,6 +108,19 @@ void TrajectoryWriter::finish(const StepRecord& last) {
 void TrajectoryWriter::add(const StepRecord& record) {
   file_->add(record, static_cast<double>(record.step) * step_s_);
   last_written_ = record.step;
+}
+
+ObstacleWriter::ObstacleWriter(const std::vector<ObstacleSpecification>& obstacles,
+                               std::unique_ptr<TrajectoryWriter> writer)
+    : writer_(std::move(writer)) {
+  places_.resize(static_cast<Eigen::Index>(obstacles.size()));
+  places_.velocity_m_per_s.setZero();
+  places_.angular_velocity_rad_per_s.setZero();
+  no_drive_.force_N.setZero(3, places_.bodies());
+  for (Eigen::Index i = 0; i < places_.bodies(); ++i) {
+    places_.position_m.col(i) = obstacles[i].position_m;
+    places_.orientation_wxyz.col(i) = obstacles[i].orientation_wxyz;
+  }
 }
 
 }  // namespace copepod::coupler

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "contract/fluid_setup.hpp"
 #include "observers/observer.hpp"
 #include "storage/checksum.hpp"
 
@@ -57,6 +58,27 @@ class TrajectoryWriter final : public Observer {
   std::int64_t sample_from_;
   std::int64_t last_written_;  ///< −1: no sample yet
   std::unique_ptr<TrajectoryFile> file_;
+};
+
+/// Writes obstacles.csv or obstacles.h5: the loads on obstacles that ask for them, as a trajectory of bodies at rest.
+class ObstacleWriter final : public Observer {
+ public:
+  /// @param obstacles  those with loads
+  /// @param writer     with their names
+  ObstacleWriter(const std::vector<ObstacleSpecification>& obstacles, std::unique_ptr<TrajectoryWriter> writer);
+
+  void observe(const StepRecord& record) override { writer_->observe(of_obstacles(record)); }
+  void finish(const StepRecord& last) override { writer_->finish(of_obstacles(last)); }
+  TableEnd sync() { return writer_->sync(); }
+
+ private:
+  [[nodiscard]] StepRecord of_obstacles(const StepRecord& record) const {
+    return {record.step, places_, record.obstacles, record.obstacles, no_drive_, record.obstacles};
+  }
+
+  Kinematics places_;
+  Loads no_drive_;
+  std::unique_ptr<TrajectoryWriter> writer_;
 };
 
 }  // namespace copepod::coupler

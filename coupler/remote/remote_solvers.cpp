@@ -56,17 +56,17 @@ template class RemoteSolver<FluidSolver>;
 template class RemoteSolver<BodySolver>;
 
 RemoteFluid::RemoteFluid(Link& link, const FluidSetup& setup, std::int64_t first_step)
-    : RemoteSolver(link, Role::fluid, setup.bodies.size(), first_step) {
+    : RemoteSolver(link, Role::fluid, setup.loads(), first_step) {
   link_.ask(role_, MessageKind::fluid_setup, first_step, with(setup), nothing);
 }
 
 void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
-  link_.ask(role_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, bodies_));
+  link_.ask(role_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, columns_));
   next_step_ = kinematics.step + 1;
 }
 
 RemoteBody::RemoteBody(Link& link, const BodySetup& setup, std::int64_t first_step)
-    : RemoteSolver(link, Role::body, setup.bodies.size(), first_step) {
+    : RemoteSolver(link, Role::body, static_cast<Eigen::Index>(setup.bodies.size()), first_step) {
   session::Configured configured;
   link_.ask(role_, MessageKind::body_setup, first_step, with(setup), into(configured));
   driving_nodes_ = configured.driving_nodes;
@@ -74,12 +74,12 @@ RemoteBody::RemoteBody(Link& link, const BodySetup& setup, std::int64_t first_st
 
 void RemoteBody::kinematics(Kinematics& kinematics) {
   const MessageKind kind = MessageKind::kinematics_request;
-  link_.ask(role_, kind, next_step_, with(kind), into(kinematics, bodies_));
+  link_.ask(role_, kind, next_step_, with(kind), into(kinematics, columns_));
 }
 
 void RemoteBody::step(const AppliedLoads& applied, Kinematics& next) {
   const std::int64_t step = applied.hydrodynamic.step;
-  link_.ask(role_, MessageKind::applied_loads, step, with(applied), into(next, bodies_));
+  link_.ask(role_, MessageKind::applied_loads, step, with(applied), into(next, columns_));
   next_step_ = step + 1;
 }
 

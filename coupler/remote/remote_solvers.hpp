@@ -28,12 +28,13 @@ class RemoteSolver : public Interface {
   SolverSummary summarise() final;
 
  protected:
-  RemoteSolver(Link& link, session::Role role, std::size_t bodies, std::int64_t first_step)
-      : link_(link), role_(role), bodies_(static_cast<Eigen::Index>(bodies)), next_step_(first_step) {}
+  /// @param columns  of the replies in a step
+  RemoteSolver(Link& link, session::Role role, Eigen::Index columns, std::int64_t first_step)
+      : link_(link), role_(role), columns_(columns), next_step_(first_step) {}
 
   Link& link_;
   session::Role role_;
-  Eigen::Index bodies_;
+  Eigen::Index columns_;
   std::int64_t next_step_;
 };
 

@@ -196,7 +196,8 @@ ordered_json disk_bytes(const Case& the_case, std::int64_t bodies) {
   };
   const std::int64_t fields = times_of(output.fields.every_steps, 0) + (output.fields.mean_stop > 0 ? 1 : 0);
   const bool saves = output.checkpoint_every_steps > 0 || output.checkpoint_every_wall_s > 0.0;
-  return {{"trajectory", times_of(output.trajectory_every_steps, output.trajectory_from_step) * bodies * row_bytes},
+  const std::int64_t rows = bodies + std::ranges::count(the_case.fluid.obstacles, true, &ObstacleSpecification::loads);
+  return {{"trajectory", times_of(output.trajectory_every_steps, output.trajectory_from_step) * rows * row_bytes},
           {"bodies", times_of(output.bodies_every_steps, 0) * bodies * surface_bytes},
           {"fields", fields * field_bytes(the_case)},
           {"checkpoints", saves ? kept_checkpoints * population_bytes(the_case.fluid) : 0}};

@@ -1,6 +1,7 @@
 #include "run/run_observers.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "analysis/cycle_observer.hpp"
 #include "config/setups.hpp"
@@ -8,10 +9,10 @@
 namespace copepod::coupler {
 namespace {
 
-std::vector<std::string> body_names(const Assembly& assembly) {
-  std::vector<std::string> names;
-  for (const BodySpecification& body : assembly.bodies) names.push_back(body.name);
-  return names;
+std::vector<ObstacleSpecification> obstacles_with_loads(const LoadedCase& loaded) {
+  std::vector<ObstacleSpecification> found;
+  std::ranges::copy_if(loaded.content.fluid.obstacles, std::back_inserter(found), &ObstacleSpecification::loads);
+  return found;
 }
 
 /// Where to continue a table; one that the checkpoint lacks cannot be continued: this end fits no file.
@@ -29,6 +30,17 @@ std::filesystem::path trajectory_of(const LoadedCase& loaded, const RunDirectory
   return is_csv ? directory.trajectory_csv() : directory.trajectory_hdf5();
 }
 
+/// Of bodies or obstacles.
+template <class Item>
+std::unique_ptr<TrajectoryWriter> writer_of(const std::vector<Item>& items, const std::filesystem::path& path,
+                                            const LoadedCase& loaded, const CouplerState* resumed) {
+  std::vector<std::string> names;
+  for (const Item& item : items) names.push_back(item.name);
+  const OutputCase& output = loaded.content.output;
+  return std::make_unique<TrajectoryWriter>(path.string(), names, loaded.content.step_s, output.trajectory_every_steps,
+                                            output.trajectory_from_step, end_of(path, resumed));
+}
+
 }  // namespace
 
 RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events,
@@ -36,9 +48,8 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
     : directory_(directory),
       step_(step),
       trajectory_path_(trajectory_of(loaded, directory, resumed)),
-      trajectory_(trajectory_path_.string(), body_names(loaded.assembly), loaded.content.step_s,
-                  loaded.content.output.trajectory_every_steps, loaded.content.output.trajectory_from_step,
-                  end_of(trajectory_path_, resumed)),
+      trajectory_(writer_of(loaded.assembly.bodies, trajectory_path_, loaded, resumed)),
+      obstacles_path_(directory.obstacles(trajectory_path_.extension())),
       progress_(events, loaded.content.steps),
       cycles_(groups_of(loaded.content, loaded.assembly)),
       balance_(loaded.assembly.bodies, loaded.content.step_s) {
@@ -47,14 +58,17 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
                          end_of(directory.cycles(), resumed));
     cycles_.write_to(*cycle_table_);
   }
+  if (const auto obstacles = obstacles_with_loads(loaded); !obstacles.empty())
+    obstacles_.emplace(obstacles, writer_of(obstacles, obstacles_path_, loaded, resumed));
   const std::int64_t every_steps = loaded.content.output.bodies_every_steps;
   if (every_steps > 0 && !loaded.assembly.bodies.empty()) {
     bodies_.emplace(directory.bodies(), loaded.assembly.bodies, loaded.content.step_s,
                     make_body_setup(loaded.content, loaded.assembly).periodic_length_m, every_steps,
                     resumed == nullptr ? 0 : resumed->step);
   }
-  all_ = {&trajectory_, &cycles_, &balance_, &progress_};
+  all_ = {trajectory_.get(), &cycles_, &balance_, &progress_};
   if (bodies_) all_.insert(all_.begin() + 1, &*bodies_);
+  if (obstacles_) all_.insert(all_.begin() + 1, &*obstacles_);
 }
 
 void RunObservers::observe(const StepRecord& record) {
@@ -68,7 +82,8 @@ void RunObservers::finish(const StepRecord& last) {
 }
 
 TableEnds RunObservers::sync_files() {
-  TableEnds ends{{trajectory_path_.filename().string(), trajectory_.sync()}};
+  TableEnds ends{{trajectory_path_.filename().string(), trajectory_->sync()}};
+  if (obstacles_) ends[obstacles_path_.filename().string()] = obstacles_->sync();
   if (bodies_) bodies_->sync();
   if (cycle_table_) ends[directory_.cycles().filename().string()] = cycle_table_->sync();
   return ends;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -41,8 +42,10 @@ class RunObservers final : public Observer {
   const RunDirectory& directory_;
   std::int64_t& step_;
   std::filesystem::path trajectory_path_;
-  TrajectoryWriter trajectory_;
-  std::optional<BodiesWriter> bodies_;  ///< if asked for
+  std::unique_ptr<TrajectoryWriter> trajectory_;
+  std::filesystem::path obstacles_path_;
+  std::optional<ObstacleWriter> obstacles_;  ///< where there are any with loads
+  std::optional<BodiesWriter> bodies_;       ///< if asked for
   Progress progress_;
   std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
   CycleObserver cycles_;

@@ -187,6 +187,7 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
     timeline_.set_step(step_);
     // Map the bodies to the lattice; hydrodynamic forces on them.
     fluid_watch_.time([&] { fluid_.exchange(kinematics_, loads_); });
+    split_loads();
     couple_watch_.time([&] { couple(); });
 
     // Time step of the rigid bodies; meanwhile a fluid service streams and collides.
@@ -215,6 +216,16 @@ void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, con
   virtual_mass_.restore(previous_kinematics);
 }
 
+/// Loads on obstacles come behind those on the bodies.
+void SerialExplicit::split_loads() {
+  const Eigen::Index bodies = kinematics_.bodies(), obstacles = loads_.bodies() - bodies;
+  obstacle_loads_.step = loads_.step;
+  obstacle_loads_.force_N = loads_.force_N.rightCols(obstacles);
+  obstacle_loads_.torque_N_m = loads_.torque_N_m.rightCols(obstacles);
+  loads_.force_N.conservativeResize(Eigen::NoChange, bodies);
+  loads_.torque_N_m.conservativeResize(Eigen::NoChange, bodies);
+}
+
 /// Loads to apply, and the drive.
 void SerialExplicit::couple() {
   averaging_.apply(loads_, averaged_);
@@ -228,9 +239,9 @@ void SerialExplicit::couple() {
       loads->torque_N_m += films->torque_N_m;
     }
   }
-  observer_.observe({step_, kinematics_, loads_, averaged_, drive_});
+  observer_.observe({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_});
 }
 
-void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_}); }
+void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_}); }
 
 }  // namespace copepod::coupler

@@ -191,6 +191,7 @@ class SerialExplicit {
   [[nodiscard]] double body_wait_s() const { return body_watch_.seconds(); }
 
  private:
+  void split_loads();
   void couple();
 
   FluidSolver& fluid_;
@@ -208,6 +209,7 @@ class SerialExplicit {
   Kinematics kinematics_;
   Kinematics next_;
   Loads loads_;
+  Loads obstacle_loads_;
   Loads averaged_;
   AppliedLoads applied_;
   Loads drive_;  ///< at the start of the step

@@ -17,6 +17,10 @@ class RunDirectory {
   [[nodiscard]] std::filesystem::path provenance() const { return root_ / "provenance.json"; }
   [[nodiscard]] std::filesystem::path trajectory_csv() const { return root_ / "trajectory.csv"; }
   [[nodiscard]] std::filesystem::path trajectory_hdf5() const { return root_ / "trajectory.h5"; }
+  /// @param suffix  that of the trajectory
+  [[nodiscard]] std::filesystem::path obstacles(const std::filesystem::path& suffix) const {
+    return (root_ / "obstacles").replace_extension(suffix);
+  }
   [[nodiscard]] std::filesystem::path bodies() const { return root_ / "bodies.pvd"; }
   [[nodiscard]] std::filesystem::path cycles() const { return root_ / "cycles.csv"; }
   [[nodiscard]] std::filesystem::path checkpoints() const { return root_ / "checkpoints"; }

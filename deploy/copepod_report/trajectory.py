@@ -29,10 +29,10 @@ COLUMNS = ("time_s", *itertools.chain(*_VECTORS.values()))  # beside step and bo
 _Read = Callable[[], np.ndarray]
 
 
-def trajectory_in(directory: Path) -> Path:
+def trajectory_in(directory: Path, name: str = "trajectory") -> Path:
     """The file of a run directory, whichever form it has; trajectory.csv if there is none yet."""
-    compact = directory / f"trajectory{_SUFFIX}"
-    return compact if compact.is_file() else directory / "trajectory.csv"
+    compact = directory / f"{name}{_SUFFIX}"
+    return compact if compact.is_file() else directory / f"{name}.csv"
 
 
 class _Replaced(Exception):

@@ -400,8 +400,7 @@ class WithObstacles final : public FluidSolver {
     all_.velocity_m_per_s.leftCols(bodies) = kinematics.velocity_m_per_s;
     all_.angular_velocity_rad_per_s.leftCols(bodies) = kinematics.angular_velocity_rad_per_s;
     solver_->exchange(all_, loads);
-    loads.force_N.conservativeResize(Eigen::NoChange, bodies);
-    loads.torque_N_m.conservativeResize(Eigen::NoChange, bodies);
+    if (loads.bodies() == all) keep_wanted(loads, bodies);  // rank 0 has them
   }
   void advance() override { solver_->advance(); }
   void save(const std::string& path) override { solver_->save(path); }
@@ -409,6 +408,18 @@ class WithObstacles final : public FluidSolver {
   SolverSummary summarise() override { return solver_->summarise(); }
 
  private:
+  /// Of the columns behind those of the bodies: those of obstacles with loads.
+  void keep_wanted(Loads& loads, Eigen::Index bodies) const {
+    Eigen::Index kept = bodies;
+    for (const ObstacleSpecification& obstacle : obstacles_) {
+      const Eigen::Index column = bodies++;
+      if (!obstacle.loads) continue;
+      loads.force_N.col(kept) = loads.force_N.col(column);
+      loads.torque_N_m.col(kept++) = loads.torque_N_m.col(column);
+    }
+    loads.force_N.conservativeResize(Eigen::NoChange, kept);
+    loads.torque_N_m.conservativeResize(Eigen::NoChange, kept);
+  }
   /// Round ones as compounds, which have no films.
   static FluidSetup as_bodies(FluidSetup setup) {
     for (const ObstacleSpecification& obstacle : setup.obstacles) {

@@ -16,7 +16,7 @@ Capabilities capabilities() {
               "boundary:periodic boundary:free_slip boundary:velocity boundary:pressure no_slip_plane symmetry_planes "
               "body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green precision:double "
               "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
-              "shape:compound obstacles moving_boundary:bounce_back moving_boundary:interpolated "
+              "shape:compound obstacles obstacle_loads moving_boundary:bounce_back moving_boundary:interpolated "
               "moving_boundary:central_linear moving_boundary:parabolic refill:equilibrium refill:nonequilibrium "
               "refill:grad thin_films fields fields:selection estimate mpi checkpoint")};
 }

@@ -107,12 +107,17 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
 template class Served<FluidSetup, FluidSolver>;
 template class Served<BodySetup, BodySolver>;
 
+session::Configured ServedFluid::configured(const FluidSetup& setup) {
+  columns_ = setup.loads();
+  return {};
+}
+
 std::span<const std::byte> ServedFluid::exchange(Work work, const conversion::Decoder& request,
                                                  const session::Header& header, conversion::Encoder& encoder) {
   if (work != Work::compute_loads) throw std::logic_error("A fluid was asked to " + std::string(name_of(work)) + ".");
   request.read(kinematics_, bodies_);
   solver_->exchange(kinematics_, loads_);
-  require_finite(loads_, bodies_);
+  require_finite(loads_, columns_);
   return encoder.encode(header, loads_);
 }
 

@@ -67,9 +67,11 @@ class ServedFluid final : public Served<FluidSetup, FluidSolver> {
   void follow_up(session::Work work) override;
 
  private:
+  session::Configured configured(const FluidSetup& setup) override;
   std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
                                       const session::Header& header, conversion::Encoder& encoder) override;
 
+  Eigen::Index columns_ = 0;  ///< of the loads
   Loads loads_;
 };
 

@@ -24,7 +24,8 @@ struct Kinematics {
   }
 };
 
-/// Hydrodynamic force on, and torque about the centre of mass of, every body during step `step`; world frame.
+/// Hydrodynamic force on, and torque about the centre of mass of, every body during step `step`; world frame. Those
+/// that a fluid returns also have columns for the obstacles with loads, behind those of the bodies.
 struct Loads {
   std::int64_t step = 0;
   Eigen::Matrix3Xd force_N;     ///< shape (3, bodies)

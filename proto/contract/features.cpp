@@ -106,6 +106,7 @@ const std::vector<Feature>& known_features() {
       {"shape:compound", physics, "bodies that are the union of several shapes"},
       {"inertia", physics, "bodies of a given inertia tensor"},
       {"obstacles", physics, "solid parts of the domain that never move"},
+      {"obstacle_loads", physics, "loads on obstacles that ask for them"},
       {"motion:free", physics, "bodies with six degrees of freedom"},
       {"motion:fixed", physics, "bodies that never move"},
       {"motion:prescribed", physics, "bodies that keep their given velocities"},
@@ -171,6 +172,7 @@ std::set<std::string> required_features(const FluidSetup& setup) {
   for (const Shape& shape : setup.bodies) require_shape(shape, required);
   for (const ObstacleSpecification& obstacle : setup.obstacles) require_shape(obstacle.shape, required);
   if (!setup.obstacles.empty()) required.insert("obstacles");
+  if (std::ranges::any_of(setup.obstacles, &ObstacleSpecification::loads)) required.insert("obstacle_loads");
   if (setup.kind == FluidKind::stokes && setup.no_slip_plane >= 0) required.insert("no_slip_plane");
   if (setup.kind == FluidKind::lattice_boltzmann) require_lattice_features(setup, required);
   return required;

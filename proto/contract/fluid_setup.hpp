@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string>
@@ -64,13 +65,14 @@ struct FieldOutput {
   int compression = 0;                     ///< level of deflate, 1 to 9; 0: none
 };
 
-/// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. It has no loads,
-/// and no film beside it.
+/// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. There is no film
+/// beside it.
 struct ObstacleSpecification {
   std::string name;
   Shape shape;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+  bool loads = false;  ///< Loads has them, behind those of the bodies; the torque is about position_m
 };
 
 /// Everything that a fluid solver needs before the first exchange; SI units.
@@ -99,6 +101,12 @@ struct FluidSetup {
   std::vector<BodyPair> jointed;  ///< pairs with a joint: they may overlap, and have no film then
   FieldOutput fields;
   std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
+
+  /// Columns of Loads: bodies, and obstacles with loads.
+  [[nodiscard]] Eigen::Index loads() const {
+    return static_cast<Eigen::Index>(bodies.size()) +
+           std::ranges::count(obstacles, true, &ObstacleSpecification::loads);
+  }
 };
 
 }  // namespace copepod

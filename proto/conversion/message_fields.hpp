@@ -48,6 +48,7 @@ void describe(auto& wire, Is<ObstacleSpecification> auto& obstacle) {
   wire("shape", obstacle.shape);
   wire("position_m", obstacle.position_m);
   wire("orientation_wxyz", obstacle.orientation_wxyz);
+  wire("loads", obstacle.loads);
 }
 
 void describe(auto& wire, Is<Boundary> auto& boundary) {

@@ -79,7 +79,9 @@ class Writer {
     field->is_repeated() ? reflection_->AddInt64(message_, field, value)
                          : reflection_->SetInt64(message_, field, value);
   }
-  void put(const FieldDescriptor* field, bool value) { reflection_->AddBool(message_, field, value); }
+  void put(const FieldDescriptor* field, bool value) {
+    field->is_repeated() ? reflection_->AddBool(message_, field, value) : reflection_->SetBool(message_, field, value);
+  }
   void put(const FieldDescriptor* field, std::uint64_t value) { reflection_->SetUInt64(message_, field, value); }
   void put(const FieldDescriptor* field, std::uint32_t value) { reflection_->SetUInt32(message_, field, value); }
   void put(const FieldDescriptor* field, int value) {
@@ -154,7 +156,8 @@ class Reader {
       fail(field, "is " + std::to_string(value) + ", less than 0");
   }
   void get(const FieldDescriptor* field, int i, bool& value) const {
-    value = reflection_.GetRepeatedBool(message_, field, i);
+    value =
+        field->is_repeated() ? reflection_.GetRepeatedBool(message_, field, i) : reflection_.GetBool(message_, field);
   }
   void get(const FieldDescriptor* field, int, std::uint64_t& value) const {
     value = reflection_.GetUInt64(message_, field);

@@ -71,8 +71,18 @@ class Run:
         Positions, velocities, orientation (quaternion w, x, y, z), load of the fluid, force of the drive, in the world;
         docs/conventions.md defines them. `run.trajectory.loc["swimmer.B1"]` is one body's.
         """
+        return self._samples(trajectory_in(self.directory).name)
+
+    @functools.cached_property
+    def obstacles(self) -> "pandas.DataFrame":
+        """Loads on the obstacles that have `loads: true`, in the form of `trajectory`; torques are about `position_m`.
+
+        @throws Error if the case has none
+        """
+        return self._samples(trajectory_in(self.directory, "obstacles").name)
+
+    def _samples(self, name: str) -> "pandas.DataFrame":
         pandas = required("pandas")
-        name = trajectory_in(self.directory).name
         table = self._file(name, lambda path: Trajectory(path, may_be_empty=True))
         index = pandas.MultiIndex.from_product([table.bodies, table.steps], names=["body", "step"])
         return pandas.DataFrame(table.columns().reshape(len(index), len(COLUMNS)), index, COLUMNS)

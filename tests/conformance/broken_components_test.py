@@ -99,6 +99,19 @@ BROKEN = {
         ["physics"],
         {"a force against the motion": "on a body that moves along (0.5, -1, 0.25)"},
     ),
+    "pulls_at_an_obstacle": (
+        "fluid",
+        ["physics"],
+        {
+            "a force against the motion of other shapes": "on a box along its motion",
+            "a torque against the rotation of other shapes": "on an obstacle ten cells from all motion",
+        },
+    ),
+    "turns_a_box_as_a_sphere": (
+        "body",
+        ["physics"],
+        {"a box under force and torque": "angular velocity [rad/s] of body 0"},
+    ),
     "freezes_its_drive": (
         "body",
         ["physics"],

@@ -300,7 +300,7 @@ class _Draw:
                 continue
             shape = self._other_shape(body.radius, body.half_length)
             place = {"position_m": list(body.centre * CELL_M), "orientation_wxyz": _from_z(body.axis)}
-            obstacles.append({"name": body.name, **shape, **place})
+            obstacles.append({"name": body.name, **shape, **place, "loads": number == 1})
         if obstacles:
             self.case["obstacles"] = obstacles
 

@@ -10,9 +10,9 @@
 
 The seed decides the case (drawn_case.py) and its ways. A run in one process on one rank is compared with runs on other
 ranks, of services over ipc and tcp, and with one that continues from a checkpoint of the first with other ranks and
-another transport, as after a loss: digest, drifts, speeds of swimmers and groups, trajectory and cycles byte by byte. A
-run that fails must fail in the same way, after the same trajectory. One line per case; cases that differ are kept in
-the folder of --keep.
+another transport, as after a loss: digest, drifts, speeds of swimmers and groups, trajectory, loads on obstacles and
+cycles byte by byte. A run that fails must fail in the same way, after the same trajectory. One line per case; cases
+that differ are kept in the folder of --keep.
 """
 
 import argparse
@@ -138,10 +138,11 @@ def _outcome(folder, ended):
     if ended.returncode not in (0, 70):
         return Outcome(ended.returncode, reason=(ended.stderr or ended.stdout).strip()[-400:])
     rest = {}
-    if (folder / "trajectory.csv").exists():
-        rest["trajectory"] = (folder / "trajectory.csv").read_bytes()
-    elif (folder / "trajectory.h5").exists():
-        rest["trajectory"] = _content(folder / "trajectory.h5")
+    for table in ("trajectory", "obstacles"):
+        if (folder / f"{table}.csv").exists():
+            rest[table] = (folder / f"{table}.csv").read_bytes()
+        elif (folder / f"{table}.h5").exists():
+            rest[table] = _content(folder / f"{table}.h5")
     if ended.returncode == 70:
         step = re.search(r'"step":(\d+),"reason"|at step (\d+): ', ended.stdout + ended.stderr)
         reason = json.loads((folder / "provenance.json").read_text())["exit_reason"]

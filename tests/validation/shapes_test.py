@@ -165,6 +165,24 @@ class Shapes(WholeRunTest):
             digests.add(run.summary["digest"])
         self.assertEqual(len(digests), 1)
 
+    def test_obstacles_feel_what_bodies_in_their_place_feel(self):
+        """And altogether what drives the fluid, once it is steady."""
+        places = {"one": [5.3, 8.1, 9.2], "two": [11.2, 2.4, 3.1]}
+        flow, still = {"body_force_N_per_m3": [1e-6, 0, 2e-6]}, {"load_averaging": "none"}
+        still = {"coupling": still, "lubrication": {"cut_off_cells": 0}}
+        balls = [{"name": name, "radius_m": 3, "position_m": place} for name, place in places.items()]
+        bodies = [ball | {"mass_kg": 1, "motion": "fixed"} for ball in balls]
+        as_bodies = self.run_in([16, 16, 16], 1.0, 600, fluid=flow, bodies=bodies, **still)
+        as_obstacles = self.run_in(
+            [16, 16, 16], 1.0, 600, fluid=flow, obstacles=[balls[0], balls[1] | {"loads": True}], **still
+        )
+        np.testing.assert_array_equal(as_obstacles.obstacles.loc["two"], as_bodies.trajectory.loc["two"])
+        obstacles = [ball | {"loads": True} for ball in balls]
+        both = self.run_in([16, 16, 16], 1.0, 600, fluid=flow, obstacles=obstacles, **still).obstacles
+        force = sum(both.loc[name][["fx_N", "fy_N", "fz_N"]].iloc[-1].to_numpy() for name in places)
+        solid = 2 * 4 / 3 * np.pi * 27
+        np.testing.assert_allclose(force, [(16**3 - solid) * f for f in (1e-6, 0, 2e-6)], rtol=0.01, atol=2e-5)
+
     def test_a_helix_swims_by_its_handedness(self):
         """Mirrored along its axis, it swims as fast the other way."""
         helix = HELIX.read_text()

@@ -98,19 +98,51 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
   }
 }
 
-void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
+std::array<double, 3> periodic_length_m(const FluidCase& fluid) {
   const Eigen::Vector3d length = domain_length_m(fluid);
-  std::array<double, 3> periodic_length_m{};
+  std::array<double, 3> periodic{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic)
-      periodic_length_m[axis] = length[static_cast<Eigen::Index>(axis)];
+      periodic[axis] = length[static_cast<Eigen::Index>(axis)];
   }
+  return periodic;
+}
+
+/// A run would end in its first step.
+void check_bodies_in_obstacles(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
+  if (fluid.obstacles.empty()) return;
+  const std::size_t bodies = assembly.bodies.size(), all = bodies + fluid.obstacles.size();
+  std::vector<Shape> shapes;
+  Eigen::Matrix3Xd position_m(3, all);
+  Eigen::Matrix4Xd orientation_wxyz(4, all);
+  const auto add = [&](const auto& item) {
+    position_m.col(static_cast<Eigen::Index>(shapes.size())) = item.position_m;
+    orientation_wxyz.col(static_cast<Eigen::Index>(shapes.size())) = item.orientation_wxyz;
+    shapes.push_back(item.shape);
+  };
+  std::ranges::for_each(assembly.bodies, add);
+  std::ranges::for_each(fluid.obstacles, add);
+  const Overlaps overlaps(std::move(shapes), {periodic_length_m(fluid)});
+  for (std::size_t i = bodies; i < all; ++i) {
+    for (std::size_t body = 0; body < bodies; ++body) {
+      const double depth_m =
+          overlaps.depth_inside_m(static_cast<int>(body), static_cast<int>(i), position_m, orientation_wxyz);
+      if (!(depth_m > 0.0)) continue;
+      problems.error(assembly.body_paths[body],
+                     "body '" + assembly.bodies[body].name + "' reaches " + length_text(depth_m) + " into obstacle '" +
+                         fluid.obstacles[i - bodies].name + "' (solid bodies cannot). Move one of them.");
+    }
+  }
+}
+
+void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
+  const std::array<double, 3> periodic = periodic_length_m(fluid);
   const std::vector<BodyPair> jointed = jointed_pairs(assembly.joints);
-  for (const auto& [a, b] : near_pairs(assembly.bodies, periodic_length_m, fluid.cell_size_m)) {
+  for (const auto& [a, b] : near_pairs(assembly.bodies, periodic, fluid.cell_size_m)) {
     if (std::ranges::binary_search(jointed, BodyPair{a, b})) continue;
     const BodySpecification& A = assembly.bodies[a];
     const BodySpecification& B = assembly.bodies[b];
-    const double gap = surface_distance_m(A, B, periodic_length_m, fluid.cell_size_m);
+    const double gap = surface_distance_m(A, B, periodic, fluid.cell_size_m);
     const std::string pair = "bodies '" + A.name + "' and '" + B.name + "'";
     if (gap < 0.0) {
       problems.error(assembly.body_paths[b],
@@ -181,6 +213,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
     check_resolution(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
   }
   check_overlaps(fluid, assembly, problems);
+  check_bodies_in_obstacles(fluid, assembly, problems);
 }
 
 }  // namespace copepod::coupler

@@ -116,6 +116,9 @@ void declare_bodies(Keys& keys, Case& the_case) {
           declare(obstacle, item.shape);
           obstacle.numbers(required("position_m"), item.position_m, "Place of the shape's own frame [m].");
           declare_orientation(obstacle, item.orientation_wxyz, "Orientation: unit quaternion.");
+          obstacle.flag(
+              "loads", item.loads,
+              "Whether the fluid's force and torque on it are written: obstacles.csv, in the form of the trajectory.");
         });
   declare_swarm(keys, the_case);
   keys.list<NamedGroup>("groups", the_case.groups,

@@ -9,10 +9,8 @@
 
 namespace copepod {
 
-namespace {
-
 /// A solid somewhere.
-struct Placed {
+struct Overlaps::Placed {
   const Solid& solid;
   Eigen::Vector3d position_m;
   Eigen::Matrix3d R;
@@ -22,9 +20,11 @@ struct Placed {
   }
 };
 
+namespace {
+
 /// Whether a plane between the convex hulls of two solids is found: the nearest point v to the origin of all
 /// differences of their points is approached from above [Gilbert 1966].
-bool are_apart(const Placed& A, const Placed& B) {
+bool are_apart(const auto& A, const auto& B) {
   constexpr int most_tries = 30;
   Eigen::Vector3d v = A.position_m - B.position_m;
   for (int tries = 0; tries < most_tries && !v.isZero(0.0); ++tries) {
@@ -49,7 +49,7 @@ double way_out_m(const Solid& solid, const Eigen::Vector3d& point_m, Intervals& 
 }
 
 /// How deep edges on the surface of one solid are inside another.
-double depth_of_edges_m(const Placed& one, const Placed& other) {
+double depth_of_edges_m(const auto& one, const auto& other) {
   constexpr int around = 64;
   const Surface surface = one.solid.surface(around);
   const Eigen::Matrix3Xd points_m =
@@ -96,29 +96,43 @@ CoreSegment Overlaps::core(int body, const Eigen::Matrix3Xd& position_m,
   return {position_m.col(body), half_length_m * z_axis(orientation_wxyz.col(body))};
 }
 
+template <class Depth>
+double Overlaps::deepest_m(int A, int B, const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
+                           const Depth& depth) const {
+  const auto placed = [&](int body, const Eigen::Vector3d& place_m) {
+    return Placed{*solids_[static_cast<std::size_t>(body)], place_m, rotation_matrix(orientation_wxyz.col(body))};
+  };
+  const double reach_m =
+      bounding_radius_m(shapes_[static_cast<std::size_t>(A)]) + bounding_radius_m(shapes_[static_cast<std::size_t>(B)]);
+  double deepest_m = 0.0;
+  images_.for_each(position_m.col(B) - position_m.col(A), reach_m,
+                   [&](const Eigen::Vector3d& place_m, const Eigen::Vector3d& number) {
+                     if (A == B && number.isZero(0.0)) return;
+                     deepest_m = std::max(deepest_m, depth(placed(A, Eigen::Vector3d::Zero()), placed(B, place_m)));
+                   });
+  return deepest_m;
+}
+
 double Overlaps::depth_m(int A, int B, const Eigen::Matrix3Xd& position_m,
                          const Eigen::Matrix4Xd& orientation_wxyz) const {
   const Shape& first = shapes_[static_cast<std::size_t>(A)];
   const Shape& second = shapes_[static_cast<std::size_t>(B)];
-  const double reach_m = bounding_radius_m(first) + bounding_radius_m(second);
   if (is_round(first) && is_round(second)) {
+    const double reach_m = bounding_radius_m(first) + bounding_radius_m(second);
     const double distance_m = images_.smallest_distance_m(core(A, position_m, orientation_wxyz),
                                                           core(B, position_m, orientation_wxyz), reach_m, A == B);
     return -(distance_m - first.radius_m - second.radius_m);
   }
-  double deepest_m = 0.0;
-  const auto placed = [&](int body, const Eigen::Vector3d& place_m) {
-    return Placed{*solids_[static_cast<std::size_t>(body)], place_m, rotation_matrix(orientation_wxyz.col(body))};
-  };
-  const Eigen::Vector3d apart_m = position_m.col(B) - position_m.col(A);
-  images_.for_each(apart_m, reach_m, [&](const Eigen::Vector3d& place_m, const auto& number) {
-    if (A == B && number.isZero(0.0)) return;
-    const Placed one = placed(A, Eigen::Vector3d::Zero());
-    const Placed other = placed(B, place_m);
-    if (!are_apart(one, other))
-      deepest_m = std::max({deepest_m, depth_of_edges_m(one, other), depth_of_edges_m(other, one)});
+  return deepest_m(A, B, position_m, orientation_wxyz, [](const Placed& one, const Placed& other) {
+    return are_apart(one, other) ? 0.0 : std::max(depth_of_edges_m(one, other), depth_of_edges_m(other, one));
   });
-  return deepest_m;
+}
+
+double Overlaps::depth_inside_m(int A, int B, const Eigen::Matrix3Xd& position_m,
+                                const Eigen::Matrix4Xd& orientation_wxyz) const {
+  if (solids_.empty()) return depth_m(A, B, position_m, orientation_wxyz);
+  return deepest_m(A, B, position_m, orientation_wxyz,
+                   [](const Placed& one, const Placed& other) { return depth_of_edges_m(one, other); });
 }
 
 }  // namespace copepod

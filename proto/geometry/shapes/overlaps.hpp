@@ -27,7 +27,15 @@ class Overlaps {
   [[nodiscard]] double depth_m(int A, int B, const Eigen::Matrix3Xd& position_m,
                                const Eigen::Matrix4Xd& orientation_wxyz) const;
 
+  /// How deep edges on the surface of A are inside B: the same for a B of any size, and of many triangles.
+  [[nodiscard]] double depth_inside_m(int A, int B, const Eigen::Matrix3Xd& position_m,
+                                      const Eigen::Matrix4Xd& orientation_wxyz) const;
+
  private:
+  struct Placed;
+  template <class Depth>
+  double deepest_m(int A, int B, const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
+                   const Depth& depth) const;
   [[nodiscard]] CoreSegment core(int body, const Eigen::Matrix3Xd& position_m,
                                  const Eigen::Matrix4Xd& orientation_wxyz) const;
 

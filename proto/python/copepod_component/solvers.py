@@ -125,14 +125,15 @@ class ServedFluid(_Served):
         if name == "FluidSetup":
             check_setup(body)
             self._bodies = len(body.bodies)
+            self._loads = self._bodies + sum(obstacle.loads for obstacle in body.obstacles)
             self.solver = self._make_solver(body, self._context)
             reply.configured.SetInParent()
         elif name == "Kinematics":
             arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in _WIDTHS.items())
             kinematics = Kinematics(request.step, *arrays)
             force, torque = self._timed("exchange", self.solver.exchange, kinematics)
-            _write(reply.loads.force_N, force, (self._bodies, 3), "force_N")
-            _write(reply.loads.torque_N_m, torque, (self._bodies, 3), "torque_N_m")
+            _write(reply.loads.force_N, force, (self._loads, 3), "force_N")
+            _write(reply.loads.torque_N_m, torque, (self._loads, 3), "torque_N_m")
 
     def follow_up(self, name):
         if name == "Kinematics":

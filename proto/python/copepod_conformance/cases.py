@@ -132,6 +132,37 @@ class BodyCase:
         self.driving_nodes = list(configured.configured.driving_nodes)
 
 
+OTHER_SHAPES = ("capsule", "ellipsoid", "cylinder", "box", "mesh", "compound")
+_EXTENTS_IN_CELLS = {"ellipsoid": (2.0, 3.0, 4.0), "box": (4.0, 5.0, 6.0)}
+_LENGTHS_IN_CELLS = {
+    "sphere": {"radius_m": 2.5},
+    "capsule": {"radius_m": 2.0, "length_m": 3.0},
+    "ellipsoid": {"radius_m": 24 ** (1 / 3)},
+    "cylinder": {"radius_m": 2.5, "length_m": 5.0},
+    "box": {"radius_m": (90 / math.pi) ** (1 / 3)},
+    "mesh": {"radius_m": 4 / math.pi ** (1 / 3)},  # an octahedron
+    "compound": {"radius_m": 2.5 * 2 ** (1 / 3)},  # two spheres
+}
+
+
+def give_shape(content, shape, name):
+    """Makes `shape`, part of a setup, one of this kind around its centre of mass, some six cells long."""
+    shape.kind = getattr(setup, f"SHAPE_KIND_{name.upper()}")
+    for key, cells in _LENGTHS_IN_CELLS[name].items():
+        setattr(shape, key, CELL_M * cells)
+    shape.extents_m.extend(CELL_M * length for length in _EXTENTS_IN_CELLS.get(name, ()))
+    if name == "mesh":
+        corners = np.concatenate([np.eye(3), -np.eye(3)]) * 4 * CELL_M
+        upper = [(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2)]
+        triangles = upper + [(b, a, 5) for a, b, _ in upper]
+        content.meshes.add(vertices_m=corners.ravel(), triangles=np.ravel(triangles))
+        shape.mesh = len(content.meshes)
+    if name == "compound":
+        for end in (-2.5, 2.5):
+            part = shape.parts.add(position_m=(0, 0, end * CELL_M), orientation_wxyz=(1, 0, 0, 0))
+            give_shape(content, part.shape, "sphere")
+
+
 def add_actuator(content, name, direction=(0.0, 0.0, 1.0), **fields):
     """Adds an actuator to a BodySetup, with its anchors in the centres."""
     kind = getattr(setup, f"ACTUATOR_KIND_{name.upper()}")

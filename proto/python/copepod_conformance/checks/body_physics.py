@@ -7,6 +7,7 @@ from copepod_conformance.cases import (
     FORCE_N,
     INERTIA_KG_M2,
     MASS_KG,
+    OTHER_SHAPES,
     POSITIONS_M,
     SPEED_M_PER_S,
     SPIN_RAD_PER_S,
@@ -14,6 +15,7 @@ from copepod_conformance.cases import (
     TORQUE_N_M,
     ZERO,
     add_actuator,
+    give_shape,
 )
 from copepod_conformance.checks.body_motion import STEPS, motions_of, move, expect
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
@@ -23,6 +25,7 @@ _NEWTON = Rule(
     "a body under a constant force F accelerates with F/m; without a force it keeps its velocity",
 )
 _EULER = Rule("What a role implies", "a sphere under a constant torque T gains the angular velocity T t / I")
+_TENSOR = Rule("What a role implies", "a body of another shape turns under a torque by its inertia tensor")
 _WEIGHT = Rule("What a role implies", "a body that announces gravity falls with g where there is no fluid")
 _SPRING = Rule("What a role implies", "a stretched spring pulls both its bodies towards each other alike")
 _DRIVE = Rule(
@@ -78,6 +81,26 @@ def _under_torque(trial):
     motion.expect("spin_rad_per_s", 0, gained, _ROUNDING * float(np.abs(gained).max()))
     motion.expect("spin_rad_per_s", 1, np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
     expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
+
+
+def _of_shape(trial, name):
+    """Pushed along one principal axis, turned about another."""
+    trial.require("inertia")
+    if trial.subject.can("neglects:torques"):
+        raise NotApplicable("it announces neglects:torques")
+    factors = np.array([1.0, 1.5, 2.0])
+
+    def change(content):
+        body = content.bodies[0]
+        body.ClearField("shape")
+        give_shape(content, body.shape, name)
+        body.inertia_kg_m2.extend((*INERTIA_KG_M2 * factors, 0.0, 0.0, 0.0))
+
+    force, torque = np.array([0.0, FORCE_N, 0.0]), np.array([0.0, 0.0, TORQUE_N_M])
+    motion = move(trial, change, force=force, torque=torque)
+    _expect_acceleration(motion, 0, force / MASS_KG)
+    gained = torque / (INERTIA_KG_M2 * factors) * _TIME_S
+    motion.expect("spin_rad_per_s", 0, gained, _ROUNDING * gained.max())
 
 
 def _falling(trial):
@@ -235,6 +258,11 @@ def checks(subject):
         Check("physics", "no load: the velocity stays", _NEWTON, _unloaded),
         Check("physics", "hydrodynamic force: a = F/m", _NEWTON, _under_force),
         Check("physics", "torque: ω = T t / I", _EULER, _under_torque),
+        *(
+            Check("physics", f"a {name} under force and torque", _TENSOR, _of_shape, (name,))
+            for name in OTHER_SHAPES
+            if subject.can(f"shape:{name}")
+        ),
         Check("physics", "weight: a = g", _WEIGHT, _falling),
         Check("physics", "a stretched spring pulls", _SPRING, _on_a_spring),
         *(

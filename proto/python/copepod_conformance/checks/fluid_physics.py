@@ -2,7 +2,20 @@
 
 import numpy as np
 
-from copepod_conformance.cases import DRAG_N, DRAG_N_M, REST, SPEED_M_PER_S, SPIN_RAD_PER_S, rows
+from copepod_component.messages import Envelope
+from copepod_conformance.cases import (
+    CELL_M,
+    DRAG_N,
+    DRAG_N_M,
+    OTHER_SHAPES,
+    REST,
+    SPEED_M_PER_S,
+    SPIN_RAD_PER_S,
+    STEP_S,
+    give_shape,
+    rows,
+)
+from copepod_conformance.protocol import part
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
 
 _REST = Rule("What a role implies", "a fluid at rest exerts no load on bodies at rest")
@@ -47,6 +60,43 @@ def _against(trial, kind):
             )
 
 
+def _of_shapes(trial, kind, shapes):
+    """A row of bodies of these shapes, and an obstacle behind them if it may have loads."""
+    _require_loads(trial, kind)
+    has_obstacle = trial.subject.can("obstacle_loads")
+    trial.reach("greeted")
+    request = trial.case.setup_request()
+    content, spacing = request.fluid_setup, 16
+    content.domain_cells[0] = spacing * (len(shapes) + has_obstacle)
+    del content.bodies[:]
+    for name in shapes:
+        give_shape(content, content.bodies.add(), name)
+    places = [np.array([spacing * (0.5 + i), 12.0, 12.0]) * CELL_M for i in range(len(shapes) + has_obstacle)]
+    if has_obstacle:
+        obstacle = content.obstacles.add(
+            name="still", position_m=places.pop(), orientation_wxyz=(1, 0, 0, 0), loads=True
+        )
+        give_shape(content, obstacle.shape, "sphere")
+    trial.request(request)
+    velocity = _DIRECTION * SPEED_M_PER_S * (kind == "force")
+    spin = _DIRECTION * SPIN_RAD_PER_S * (kind == "torque")
+    for step in range(_STEPS):
+        request = Envelope(step=step)
+        message = part(request, "Kinematics")
+        for place in places:
+            message.position_m.extend(place + step * STEP_S * velocity)
+            message.orientation_wxyz.extend((1.0, 0.0, 0.0, 0.0))
+            message.velocity_m_per_s.extend(velocity)
+            message.angular_velocity_rad_per_s.extend(spin)
+        loads = trial.request(request).envelope.loads
+        found = rows(loads, "force_N" if kind == "force" else "torque_N_m", bodies=len(shapes) + has_obstacle)
+        for name, load in zip(shapes, found):
+            if not load @ _DIRECTION < 0:
+                raise Violation(f"at step {step} a {kind} of {_text(load)} on a {name} along its motion")
+        if has_obstacle and np.abs(found[-1]).max() > 1e-3 * np.abs(found[0]).max():
+            raise Violation(f"at step {step} a {kind} of {_text(found[-1])} on an obstacle ten cells from all motion")
+
+
 def _require_loads(trial, kind):
     if trial.case.solver == "vacuum" or trial.subject.can("neglects:loads"):
         raise NotApplicable("it exerts no loads: its solver is vacuum, or it announces neglects:loads")
@@ -61,8 +111,14 @@ def _text(vector):
 
 
 def checks(subject):
+    shapes = [name for name in OTHER_SHAPES if subject.can(f"shape:{name}")]
     return [
         Check("physics", "no loads on bodies at rest in a fluid at rest", _REST, _at_rest),
         Check("physics", "a force against the motion", _AGAINST, _against, ("force",)),
         Check("physics", "a torque against the rotation", _AGAINST, _against, ("torque",)),
+        *(
+            Check("physics", f"a {kind} against the {motion} of other shapes", _AGAINST, _of_shapes, (kind, shapes))
+            for kind, motion in (("force", "motion"), ("torque", "rotation"))
+            if shapes
+        ),
     ]

@@ -128,7 +128,7 @@ TEST(CycleObserver, MeasuresTheHelixOfASwimmerThatRollsAndPitches) {
   none.resize(4);
   none.force_N.setZero();
   none.torque_N_m.setZero();
-  for (std::int64_t step = 0; step <= 60; ++step) observer.observe({step, state_at(step), none, none, none});
+  for (std::int64_t step = 0; step <= 60; ++step) observer.observe({step, state_at(step), none, none, none, none});
   const Cycle& cycle = observer.sums()[0].last;
   ASSERT_EQ(cycle.number, 5);
   const CycleFigures figures = evaluate(cycle, group, FluidCase{}, step_s);
@@ -169,7 +169,7 @@ TEST(CycleObserver, CarriesTheOwnAxisThroughRotationsAboutDifferentAxes) {
     state.position_m = turned[step] * group.placed_m;
     state.velocity_m_per_s.setZero();
     state.angular_velocity_rad_per_s.setZero();
-    observer.observe({static_cast<std::int64_t>(step), state, none, none, none});
+    observer.observe({static_cast<std::int64_t>(step), state, none, none, none, none});
   }
   EXPECT_LT((observer.sums()[0].turned - turned[2]).norm(), 1e-14);
 }

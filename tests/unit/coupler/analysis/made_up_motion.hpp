@@ -110,12 +110,12 @@ inline Loads loads(const Eigen::Vector3d& force_N, const Eigen::Vector3d& torque
 inline void play(CycleObserver& observer, const MadeUpMotion& motion, const Loads& driving, std::int64_t stop,
                  std::int64_t start = 0, const Loads& applied = loads({0, 0, 0}, {0, 0, 0})) {
   for (std::int64_t step = start; step < stop; ++step)
-    observer.observe({step, motion.at(step), applied, applied, driving});
+    observer.observe({step, motion.at(step), applied, applied, driving, applied});
 }
 
 inline void finish(CycleObserver& observer, const MadeUpMotion& motion, const Loads& driving, std::int64_t step) {
   const Loads applied = loads({0, 0, 0}, {0, 0, 0});
-  observer.finish({step, motion.at(step), applied, applied, driving});
+  observer.finish({step, motion.at(step), applied, applied, driving, applied});
 }
 
 }  // namespace copepod::coupler

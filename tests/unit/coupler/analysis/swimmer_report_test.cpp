@@ -49,7 +49,7 @@ TEST(SwimmerReport, MeasuresTheSpeedOfATurnedSwimmerAlongItsOwnAxis) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
     state.position_m = (turn * state.position_m).eval();
     const Loads none = loads({0, 0, 0}, {0, 0, 0});
-    observer.observe({step, state, none, none, constant_forces(0, 0, 0)});
+    observer.observe({step, state, none, none, constant_forces(0, 0, 0), none});
   }
   const auto report = swimmer_reports(case_of(swimmer), observer)["swimmers"][0];
   EXPECT_NEAR(report["u_swim_lattice"].get<double>(), 1e-4, 1e-12);
@@ -76,7 +76,7 @@ TEST(SwimmerReport, AveragesTheSpeedOverTheLastFiveCyclesButNotTheFirst) {
       const Eigen::Matrix3d turn = Eigen::AngleAxisd(pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
       state.position_m = (turn * state.position_m).eval();
       const Loads none = loads({0, 0, 0}, {0, 0, 0});
-      observer.observe({step, state, none, none, none});
+      observer.observe({step, state, none, none, none, none});
     }
     return swimmer_reports(case_of(swimmer), observer)["swimmers"][0]["kinematics"];
   };
@@ -147,8 +147,8 @@ TEST(SwimmerReport, DescribesASwarm) {
     both.position_m << slow.at(step).position_m, moved_m.colwise() + (start_m + Eigen::Vector3d(95 * cell_m, 0, 0));
     both.velocity_m_per_s.setZero();
     both.angular_velocity_rad_per_s.setZero();
-    if (step < 3 * period) observer.observe({step, both, none, none, none});
-    if (step == 3 * period) observer.finish({step, both, none, none, none});
+    if (step < 3 * period) observer.observe({step, both, none, none, none, none});
+    if (step == 3 * period) observer.finish({step, both, none, none, none, none});
   }
   const auto swarm = swimmer_reports(the_case, observer)["swarm"];
   EXPECT_EQ(swarm["swimmers"], 2);

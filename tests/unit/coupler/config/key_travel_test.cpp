@@ -94,6 +94,7 @@ const Travels fluid_travels{
       other_mesh("obstacles.0")}},
     {"obstacles.position_m", {"obstacles.0.position_m=[44.0e-6, 5.0e-6, 61.0e-6]"}},
     {"obstacles.orientation_wxyz", {"obstacles.0.orientation_wxyz=[1, 0, 0, 0]"}},
+    {"obstacles.loads", {"obstacles.0.loads=false"}},
     {"fields.directory", {}},
     {"fields.every_steps", {"output.fields.every_steps=500"}},
     {"fields.mean_start", {"output.fields.mean_over_steps=[8500, 12000]"}},

@@ -130,6 +130,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                                                                        "fields:selection",
                                                                                        "initial_flow:uniform",
                                                                                        "moving_boundary:bounce_back",
+                                                                                       "obstacle_loads",
                                                                                        "obstacles",
                                                                                        "precision:single",
                                                                                        "refill:equilibrium",

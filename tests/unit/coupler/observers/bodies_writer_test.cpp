@@ -39,7 +39,7 @@ class BodiesFile : public testing::Test {
   StepRecord record(std::int64_t step) {
     kinematics_.step = step;
     kinematics_.position_m(0, 0) = 0.75 + static_cast<double>(step);
-    return {step, kinematics_, loads_, loads_, loads_};
+    return {step, kinematics_, loads_, loads_, loads_, loads_};
   }
   [[nodiscard]] std::set<std::string> frames() const {
     std::set<std::string> names;

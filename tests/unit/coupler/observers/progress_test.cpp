@@ -16,8 +16,8 @@ TEST(Progress, ReportsFirstAndLastStepAndNotEveryOneBetween) {
   Progress progress(events, 1000);
   const Kinematics kinematics;
   const Loads loads;
-  for (std::int64_t step = 0; step < 1000; ++step) progress.observe({step, kinematics, loads, loads, loads});
-  progress.finish({1000, kinematics, loads, loads, loads});
+  for (std::int64_t step = 0; step < 1000; ++step) progress.observe({step, kinematics, loads, loads, loads, loads});
+  progress.finish({1000, kinematics, loads, loads, loads, loads});
   std::vector<nlohmann::json> lines;
   std::istringstream text(stream.str());
   for (std::string line; std::getline(text, line);) lines.push_back(nlohmann::json::parse(line));

@@ -48,7 +48,7 @@ struct Moment {
     applied.torque_N_m = Eigen::Matrix3Xd::Random(3, 2);
     drive.force_N = Eigen::Matrix3Xd::Random(3, 2);
   }
-  [[nodiscard]] StepRecord record() const { return {kinematics.step, kinematics, raw, applied, drive}; }
+  [[nodiscard]] StepRecord record() const { return {kinematics.step, kinematics, raw, applied, drive, raw}; }
 };
 
 TEST(TrajectoryWriter, PrintsDoublesThatReadBackBitForBit) {

@@ -103,6 +103,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"meshes.triangles", {[](FluidSetup& s) { s.bodies[0].kind = ShapeKind::mesh; }, "shape:mesh"}},
     {"obstacles", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
     {"obstacles.name", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
+    {"obstacles.loads", {[](FluidSetup& s) { s.obstacles.resize(1), s.obstacles[0].loads = true; }, "obstacle_loads"}},
     {"obstacles.shape", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
     {"obstacles.position_m", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
     {"obstacles.orientation_wxyz", {[](FluidSetup& s) { s.obstacles.resize(1); }, "obstacles"}},
