@@ -65,8 +65,8 @@ struct FieldOutput {
   int compression = 0;                     ///< level of deflate, 1 to 9; 0: none
 };
 
-/// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. There is no film
-/// beside it.
+/// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. Films
+/// leave it out.
 struct ObstacleSpecification {
   std::string name;
   Shape shape;
