@@ -1,5 +1,6 @@
 """`copepod bench`: the fluid alone beside the memory, whole runs beside the uncoupled fluid, as a table and as JSON."""
 
+import errno
 import itertools
 import json
 import math
@@ -12,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from copepod_run import build, destinations
+from copepod_run import build
 from copepod_run.checkout import PROGRAMS, ROOT, program
 from copepod_run.components import environment_to_ask, mpirun
-from copepod_run.errors import BadCase, ExitCode, Stop
+from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import markdown_table
 from copepod_run.messages import Stage, say
 
@@ -41,7 +42,8 @@ _LONGEST_STEPS = 4000  # of three beads, two of which would meet after 5300
 
 def bench(options: Namespace) -> int:
     """Measures for a few minutes; prints the table, writes the JSON to --out."""
-    destinations.require_file(options.out, "--out")
+    if options.out:
+        _require_file(Path(options.out))
     if options.exchange:
         build.ensure_targets((*PROGRAMS, "exchange_overhead", "fake_body"))
         return subprocess.run([program("exchange_overhead")]).returncode
@@ -52,6 +54,23 @@ def bench(options: Namespace) -> int:
         Path(options.out).write_text(json.dumps(results, indent=1) + "\n")
         say(f"all samples are in {options.out}")
     return ExitCode.FINISHED
+
+
+def _require_file(path: Path) -> None:
+    """Raises Stop(73) unless it can be written, before the work that fills it."""
+    problem: str | None
+    try:
+        if path.is_dir():
+            problem = "that is a folder"
+        elif not path.absolute().parent.is_dir():
+            problem = "there is no such folder"
+        else:
+            existing = path if path.exists() else path.absolute().parent
+            problem = None if os.access(existing, os.W_OK) else os.strerror(errno.EACCES)
+    except OSError as refusal:  # a name that is too long
+        problem = refusal.strerror
+    if problem:
+        raise StorageFailed(f"{path} cannot be written ({problem}). Choose another --out.")
 
 
 def _pure(options: Namespace) -> list[Figures]:

@@ -15,10 +15,9 @@ from copepod_campaign.pool import RESTARTS, Pool, keep_copy
 from copepod_campaign.sweep import members_of
 from copepod_run import build
 from copepod_run.checkout import called_as
-from copepod_run.destinations import make_folder
 from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.plan import Plan, request_campaign
-from copepod_run.run_directory import RunDirectory, folder_name
+from copepod_run.run_directory import RunDirectory, folder_name, make_folder
 from copepod_run.signals import SignalRecorder
 from copepod_run.messages import report, say
 

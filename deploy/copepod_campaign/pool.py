@@ -14,11 +14,11 @@ from pathlib import Path
 from copepod_campaign.entry import Entry, State
 from copepod_run import cleanup
 from copepod_run.checkout import build_digest, present_programs, program
-from copepod_run.destinations import make_folder
 from copepod_run.messages import complain, draw, draws, elapsed_text, report, say, speaks_json
 from copepod_run.progress import Event, clock_text
 from copepod_run.run_process import RunProcess
 from copepod_run.signals import SignalRecorder
+from copepod_run.run_directory import make_folder
 
 RESTARTS = 3  # by itself, when a component is lost
 FAILURES = 3  # of one kind, after which no other case is started

@@ -10,11 +10,12 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
-from copepod_run import build, destinations, packages
+from copepod_run import build, packages
 from copepod_run.checkout import ROOT, build_digest
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.messages import say
 from copepod_run.plan import drawn_case, plan_of
+from copepod_run.run_directory import make_folder
 
 _START_PATIENCE_S = 10.0  # of `watch`, for a run that has just been started to write its case
 _ADVICE = "Start one with copepod run CASE.yaml --out DIR, then watch that folder."
@@ -101,7 +102,7 @@ def _require_run(directory: Path) -> None:
 def validate(options: Namespace) -> int:
     """Runs the matrix, writes the page and prints where it is."""
     folder = Path(options.out or ROOT / "docs/results")
-    destinations.make_folder(folder)
+    make_folder(folder)
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
     from copepod_validation import all_schemes, matrix

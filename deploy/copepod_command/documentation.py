@@ -16,9 +16,9 @@ from typing import Any
 from copepod_command.parser import make_parser
 from copepod_run import packages
 from copepod_run.checkout import ROOT, version
-from copepod_run.destinations import make_folder
 from copepod_run.errors import BadCase, ExitCode
 from copepod_run.messages import is_utf8
+from copepod_run.run_directory import make_folder
 
 _SCHEMA = ROOT / "configs" / "schema" / "case.schema.json"
 _WITH_A_PARSER = {"conformance": "copepod_conformance.__main__", "recording": "copepod_recording.__main__"}

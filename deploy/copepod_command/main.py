@@ -1,6 +1,7 @@
 """Carries out a command line, and how each command ends."""
 
 import argparse
+import errno
 import importlib
 import os
 import signal
@@ -9,7 +10,6 @@ from collections.abc import Sequence
 from types import FrameType
 
 from copepod_command.parser import make_parser
-from copepod_run import destinations
 from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import Voice, complain, say_lines, silence, speak
 
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str]) -> int:
         return ExitCode.FAILED
     except OSError as problem:
         where = problem.filename or "the output"
-        complain(f"{where} cannot be used ({problem.strerror or problem}). {destinations.advice(problem)}")
+        complain(f"{where} cannot be used ({problem.strerror or problem}). {_advice(problem)}")
         _flush_or_silence_stdout()
         return ExitCode.STORAGE_FAILED
 
@@ -53,6 +53,17 @@ def _carry_out(arguments: Sequence[str]) -> int:
         if stop.message:
             complain(stop.message)
         return stop.code
+
+
+def _advice(problem: OSError) -> str:
+    """What to do about an OSError, as the last sentence of a message."""
+    if problem.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "Free space on that disk and run again."
+    if problem.errno == errno.EFBIG:
+        return "Raise the limit of the size of files (ulimit -f)."
+    if problem.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
+        return "Use a place that you may write to, or ask its owner."
+    return "Check that path, or use another one."
 
 
 def _flush_or_silence_stdout() -> None:

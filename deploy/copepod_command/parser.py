@@ -75,8 +75,10 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=_epilog("run configs/quick/three_sphere.yaml", "run --help"),
         formatter_class=_Formatter,
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_CommandParser)
+    shown = f"copepod {version()}"
+    parser.add_argument("--version", action="version", version=shown, help="print the version and exit")
+    kind: Any = partial(argparse.ArgumentParser, formatter_class=_Formatter)
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=kind)
     _add_run(commands)
     _add_check(commands)
     _add_campaign(commands)
@@ -111,21 +113,6 @@ class _Formatter(argparse.HelpFormatter):
 
     def start_section(self, heading: str | None) -> None:
         super().start_section({"positional arguments": "Arguments", "options": "Options"}.get(heading or "", heading))
-
-
-class _Version(argparse.Action):
-    """Looks for the version only when it is asked for."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        print(f"copepod {version()}")
-        parser.exit()
-
-
-class _CommandParser(argparse.ArgumentParser):
-    """Of one command."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings, formatter_class=_Formatter)
 
 
 def _add(parser: argparse._ActionsContainer, words: str, text: str, **settings: Any) -> None:

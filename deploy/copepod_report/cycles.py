@@ -76,7 +76,7 @@ def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:
         rows += [("rotation_{}_rad", of_turns, "rotation [degrees]", 180 / np.pi)]
     if arms:
         rows += [("{}_mean_m", of_arms, "mean arm [µm]", 1e6), ("{}_amplitude_m", of_arms, "amplitude [µm]", 1e6)]
-    figure, panels = new_figure(LIGHT, 1.0 + 1.9 * len(rows), nrows=len(rows), sharex=True, squeeze=False)
+    figure, panels = new_figure(1.0 + 1.9 * len(rows), nrows=len(rows), sharex=True, squeeze=False)
     for axes, (column, lines, label, unit) in zip(panels.flat, rows):
         values = unit * np.array([cycles[column.format(key)] for key, _ in lines])
         axes.set_ylim(*_frame(values))
@@ -86,7 +86,7 @@ def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:
         axes.set_ylabel(label)
         axes.yaxis.get_major_formatter().set_useOffset(False)
         if column != "{}_amplitude_m" and len(lines) <= 9:
-            legend_above(axes, LIGHT, columns=6)
+            legend_above(axes, columns=6)
     axes.set_xlabel("cycle")
     axes.xaxis.get_major_locator().set_params(integer=True)
     return figure
@@ -113,7 +113,7 @@ def paths(by_swimmer: Mapping[str, Cycles]) -> Any:
         return None
     extent = np.ptp(np.vstack(list(tracks.values())), axis=0)
     across, along = sorted(np.argsort(extent, kind="stable")[1:])
-    figure, axes = new_figure(LIGHT, 4.4)
+    figure, axes = new_figure(4.4)
     for number, (name, track) in enumerate(tracks.items()):
         colour = LIGHT.beads[number % 3]
         axes.plot(track[:, across], track[:, along], "o-", color=colour, markersize=3, linewidth=1.2, label=name)
@@ -126,5 +126,5 @@ def paths(by_swimmer: Mapping[str, Cycles]) -> Any:
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(xlabel=f"Δ{'xyz'[across]} [µm]", ylabel=f"Δ{'xyz'[along]} [µm]")
     if 1 < len(tracks) <= 8:
-        legend_above(axes, LIGHT, columns=4)
+        legend_above(axes, columns=4)
     return figure

@@ -250,7 +250,7 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     """
     along, across, box, shown, part = _layout(run, picture)
     height = (WIDTH_INCHES - 1.9) * (shown[3] - shown[2]) / (shown[1] - shown[0]) + 0.7
-    figure, axes = new_figure(LIGHT, min(max(height, 1.8), 7.5))
+    figure, axes = new_figure(min(max(height, 1.8), 7.5))
     axes.grid(False)
     top = top_speed_m_per_s(run, picture) if top_m_per_s is None else top_m_per_s
     power, prefix = prefix_of(top, -6)

@@ -19,7 +19,7 @@ def of_swimmer(swimmer: SwimmerRecord) -> Iterator[tuple[str, Any, str]]:
     places = swimmer.positions()
 
     def plotted(height: float, samples: Any, lines: np.ndarray, width: float, label: str) -> Any:
-        figure, axes = new_figure(LIGHT, height)
+        figure, axes = new_figure(height)
         axes.plot(periods[samples], lines.T, linewidth=width, label=LABELS)
         axes.set(xlabel="time / period", ylabel=label)
         return figure
@@ -42,18 +42,18 @@ def of_swimmer(swimmer: SwimmerRecord) -> Iterator[tuple[str, Any, str]]:
         label = f"displacement in the last cycle [{unit}]"
         figure = plotted(3.0, mask, last - last[:, :1], 1.6, label)
         figure.axes[0].axhline(0, color=LIGHT.faint, linewidth=1)
-        legend_above(figure.axes[0], LIGHT)
+        legend_above(figure.axes[0])
         yield "cycle", figure, "Displacements over the last full period of the drive."
         text = "Arms over the last full period of the drive, and the fits that d1, d2 and the phases come from."
         yield "arms", _arms(periods[mask], np.diff(last, axis=0), unit), text
     figure = plotted(2.8, slice(None), 1e6 * swimmer.driving_N(), 1.3, "driving force [µN]")  # [paper, eqs. (19)-(21)]
-    legend_above(figure.axes[0], LIGHT)
+    legend_above(figure.axes[0])
     yield "forces", figure, "Driving forces along the axis."
 
 
 def _arms(periods: np.ndarray, lengths: np.ndarray, unit: str) -> Any:
     """Lengths of the two arms over a period and their fits."""
-    figure, axes = new_figure(LIGHT, 3.2)
+    figure, axes = new_figure(3.2)
     shown = slice(None, None, max(1, len(periods) // 60))
     for number, (length, colour) in enumerate(zip(lengths, LIGHT.beads[::2]), 1):
         mean, amplitude, phase = fit_arm(2 * np.pi * periods, length)
@@ -63,13 +63,13 @@ def _arms(periods: np.ndarray, lengths: np.ndarray, unit: str) -> Any:
         fit = mean + amplitude * np.cos(2 * np.pi * periods + phase)
         axes.plot(periods, fit, color=colour, linewidth=1.2, label=label)
     axes.set(xlabel="time / period", ylabel=f"arm length [{unit}]")
-    legend_above(axes, LIGHT)
+    legend_above(axes)
     return figure
 
 
 def displacements(run: RunRecord) -> Any:
     """x, y and z displacement of every body over time, three panels."""
-    figure, axes = new_figure(LIGHT, 4.6, nrows=3, sharex=True)
+    figure, axes = new_figure(4.6, nrows=3, sharex=True)
     unit, unit_name = run.length_unit
     for panel, name in zip(axes, "xyz"):
         panel.set_prop_cycle(many_lines(*LIGHT.beads, LIGHT.ink))
@@ -80,7 +80,7 @@ def displacements(run: RunRecord) -> Any:
             panel.plot(run.trajectory.steps, values, linewidth=1.2, label=body)
     axes[-1].set_xlabel("step")
     if len(run.trajectory.bodies) <= 12:
-        legend_above(axes[0], LIGHT, columns=4)
+        legend_above(axes[0], columns=4)
     return figure
 
 
@@ -94,7 +94,7 @@ def speeds(runs: Sequence[RunResult]) -> Any:
     ]
     if not rows:
         return None
-    figure, axes = new_figure(LIGHT, 1.2 + 0.3 * len(rows))
+    figure, axes = new_figure(1.2 + 0.3 * len(rows))
     places = range(len(rows), 0, -1)
     axes.hlines(places, 0, [ours for _, ours, _ in rows], color=LIGHT.faint, linewidth=2)
     axes.plot([ours for _, ours, _ in rows], places, "o", color=LIGHT.beads[0], markersize=8, label="this run")
@@ -105,5 +105,5 @@ def speeds(runs: Sequence[RunResult]) -> Any:
     axes.set_yticks(list(places), [name for name, _, _ in rows])
     axes.grid(axis="y", visible=False)
     axes.set(ylim=(0.4, len(rows) + 0.6), xlabel="u_swim [cells/step]")
-    legend_above(axes, LIGHT)
+    legend_above(axes)
     return figure

@@ -60,7 +60,7 @@ def speeds_by_family(runs: Sequence[RunResult]) -> Any:
     if len(speeds) < 2:
         return None
     widths = [len(letters) + 1 for _, letters in FAMILIES]
-    figure, panels = new_figure(LIGHT, 3.4, ncols=len(FAMILIES), sharey=True, width_ratios=widths)
+    figure, panels = new_figure(3.4, ncols=len(FAMILIES), sharey=True, width_ratios=widths)
     for panel, (title, letters) in zip(panels, FAMILIES):
         for column, look in enumerate(
             ({"label": "Copepod", "markersize": 6}, {"label": "published", "markersize": 9, "markerfacecolor": "none"})

@@ -14,10 +14,10 @@ from copepod_report.style import picture_of
 from copepod_report.swarm import Swarm
 from copepod_report.sweeps import Choice, axes_of
 from copepod_run import packages
-from copepod_run.destinations import make_folder
 from copepod_run.errors import BY_SIGNAL, BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import MOST_TABLES, quantity_text
 from copepod_run.names import distinct_words
+from copepod_run.run_directory import make_folder
 
 _MOST_DRAWN = 12  # runs of a sweep whose own figures are drawn
 _SHOWN_FOR_S = 10  # at 2 to 25 pictures a second

@@ -153,7 +153,7 @@ def markdown(points: Sequence[ResonancePoint]) -> str:
 
 def curve(points: Sequence[ResonancePoint]) -> Any:
     """Amplitude over ω₀/ω: exact steady curve, the damping as strong as that of the first run, and a dot per run."""
-    figure, axes = new_figure(LIGHT, 3.6)
+    figure, axes = new_figure(3.6)
     first = points[0].exact
     ratios = np.linspace(first.frequency_ratio, points[-1].exact.frequency_ratio, 600)
     exact = []
@@ -165,7 +165,7 @@ def curve(points: Sequence[ResonancePoint]) -> Any:
     found = [(point.exact.frequency_ratio, point.amplitude_m / point.exact.amplitude_N) for point in points]
     axes.plot(*np.transpose(found), "o", color=LIGHT.beads[1], markersize=4, label="Copepod, last period")
     axes.set(xlabel="ω₀/ω", ylabel="amplitude of B2 per force [m/N]")
-    legend_above(axes, LIGHT)
+    legend_above(axes)
     return figure
 
 

@@ -36,25 +36,23 @@ WIDTH_INCHES, COLUMN_INCHES = 17.8 / 2.54, 8.6 / 2.54  # a page and a column of 
 RESOLUTION = 130
 
 
-def new_figure(
-    theme: Theme, height_inches: float, width_inches: float = WIDTH_INCHES, **subplots: Any
-) -> tuple[Any, Any]:
-    """Figure and axes in the theme's colours; a light grid helps to read values."""
+def new_figure(height_inches: float, width_inches: float = WIDTH_INCHES, **subplots: Any) -> tuple[Any, Any]:
+    """Figure and axes; a light grid helps to read values."""
     settings = {
         "font.size": 10 if width_inches > COLUMN_INCHES else 8,
         "font.family": "DejaVu Sans",
         "text.parse_math": False,  # names may hold dollar signs
-        "text.color": theme.ink,
-        "axes.labelcolor": theme.ink,
-        "axes.edgecolor": theme.faint,
-        "xtick.color": theme.ink,
-        "ytick.color": theme.ink,
-        "axes.facecolor": theme.paper,
-        "figure.facecolor": theme.paper,
-        "grid.color": theme.faint,
+        "text.color": LIGHT.ink,
+        "axes.labelcolor": LIGHT.ink,
+        "axes.edgecolor": LIGHT.faint,
+        "xtick.color": LIGHT.ink,
+        "ytick.color": LIGHT.ink,
+        "axes.facecolor": LIGHT.paper,
+        "figure.facecolor": LIGHT.paper,
+        "grid.color": LIGHT.faint,
         "axes.spines.top": False,
         "axes.spines.right": False,
-        "axes.prop_cycle": cycler(color=theme.beads),
+        "axes.prop_cycle": cycler(color=LIGHT.beads),
     }
     with rc_context(settings):
         figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
@@ -70,12 +68,12 @@ def many_lines(*colours: str) -> Any:
     return cycler(linestyle=["-", "--", ":"]) * cycler(color=colours)
 
 
-def legend_above(axes: Any, theme: Theme, columns: int = 3) -> None:
+def legend_above(axes: Any, columns: int = 3) -> None:
     """In as many columns as there is room for, at most `columns`."""
     size = 9.0 if axes.figure.get_figwidth() > COLUMN_INCHES else 7.5
     longest = max((len(label) for label in axes.get_legend_handles_labels()[1]), default=0)
     columns = min(columns, max(1, int(65 * axes.figure.get_figwidth() / (size * (0.6 * longest + 4)))))
-    look = {"fontsize": size, "labelcolor": theme.ink, "frameon": False}
+    look = {"fontsize": size, "labelcolor": LIGHT.ink, "frameon": False}
     room = {"borderaxespad": 0.2, "columnspacing": 1.0, "handletextpad": 0.5}
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, **look, **room)
 

@@ -68,7 +68,7 @@ class Swarm:
         extent = np.ptp(self.centroids_m, axis=(0, 1))
         first, second = sorted(np.argsort(-extent, kind="stable")[:2])
         ratio = extent[second] / extent[first] if extent[first] > 0 else 1.0
-        figure, axes = new_figure(LIGHT, 1.0 + 5.6 * min(max(ratio, 0.4), 1.2))
+        figure, axes = new_figure(1.0 + 5.6 * min(max(ratio, 0.4), 1.2))
         every = max(1, len(self.time_s) // _MOST_POINTS)
         paths = 1e6 * self.centroids_m[::every][:, :, [first, second]].swapaxes(0, 1)
         axes.add_collection(LineCollection(list(paths), colors=LIGHT.faint, linewidths=1.0))
@@ -91,7 +91,7 @@ class Swarm:
         if not len(self.along):
             return None
         along = 1e6 * self.along
-        figure, (by_cycle, distribution) = new_figure(LIGHT, 3.2, ncols=2, width_ratios=(3, 2))
+        figure, (by_cycle, distribution) = new_figure(3.2, ncols=2, width_ratios=(3, 2))
         cycles = np.arange(len(along))
         by_cycle.fill_between(cycles, *np.quantile(along, (0.1, 0.9), axis=1), color=LIGHT.beads[0], alpha=0.25)
         by_cycle.plot(cycles, along.mean(axis=1), "o-", color=LIGHT.beads[0], markersize=4)
@@ -108,7 +108,7 @@ class Swarm:
         if not self.power_W.any():
             return None
         unit, name = with_prefix(np.abs(self.power_W), "W")
-        figure, axes = new_figure(LIGHT, 3.0)
+        figure, axes = new_figure(3.0)
         axes.plot(1e6 * self.time_s, unit * self.power_W, color=LIGHT.beads[0], linewidth=0.8, label="sampled")
         mean = ""
         if self.period_s > 0 and len(self.power_by_cycle_W) > 0:
@@ -118,7 +118,7 @@ class Swarm:
             mean = f" (in the last: {quantity_text(self.power_by_cycle_W[-1], 'W')})"
         axes.axhline(0, color=LIGHT.faint, linewidth=1)
         axes.set(xlabel="time [µs]", ylabel=f"power of all drives [{name}]")
-        legend_above(axes, LIGHT)
+        legend_above(axes)
         return figure, f"Power that the drives give to {self.count} together, and its mean over each cycle{mean}."
 
     def _pairs(self) -> _Figure:
@@ -126,7 +126,7 @@ class Swarm:
         distances_m, ratio = pair_distribution(later, self.periodic_length_m)
         if len(distances_m) == 0:
             return None
-        figure, axes = new_figure(LIGHT, 3.0)
+        figure, axes = new_figure(3.0)
         axes.axhline(1, color=LIGHT.ink, linewidth=1, linestyle=":")
         axes.plot(1e6 * distances_m, ratio, "-", color=LIGHT.beads[0], linewidth=1.6)
         axes.set(xlim=(0, None), ylim=(0, None), xlabel="distance of centroids [µm]", ylabel="pair distribution")
@@ -147,11 +147,11 @@ class Swarm:
     def _orientations(self) -> _Figure:
         if not self.has_axes:
             return None
-        figure, (order, distribution) = new_figure(LIGHT, 3.2, ncols=2, width_ratios=(3, 2))
+        figure, (order, distribution) = new_figure(3.2, ncols=2, width_ratios=(3, 2))
         order.plot(1e6 * self.time_s, self.polar_order(), color=LIGHT.beads[0], linewidth=1.4, label="polar")
         order.plot(1e6 * self.time_s, self.nematic_order(), color=LIGHT.beads[1], linewidth=1.4, label="nematic")
         order.set(ylim=(0, 1.02), xlabel="time [µs]", ylabel="order")
-        legend_above(order, LIGHT)
+        legend_above(order)
         mean = self.axes[-1].mean(axis=0)
         cosines = self.axes[-1] @ mean / max(float(np.linalg.norm(mean)), 1e-300)
         angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
@@ -182,7 +182,7 @@ class Swarm:
         lags_s, squares_m2 = self.mean_square_displacement()
         if not squares_m2.all():  # nothing has moved
             return None
-        figure, axes = new_figure(LIGHT, 3.4)
+        figure, axes = new_figure(3.4)
         axes.loglog(1e6 * lags_s, 1e12 * squares_m2, "o-", color=LIGHT.beads[0], markersize=3, linewidth=1.2)
         for slope, label in ((2, "ballistic"), (1, "diffusive")):
             line = squares_m2[0] * (lags_s / lags_s[0]) ** slope
@@ -204,7 +204,7 @@ class Swarm:
         k, density = energy_spectrum(components, cells * self.run.cell_size_m, periodic[::-1])
         if not density.any():
             return None
-        figure, axes = new_figure(LIGHT, 3.4)
+        figure, axes = new_figure(3.4)
         axes.loglog(1e-6 * k, 1e18 * density, "o-", color=LIGHT.beads[0], markersize=3, linewidth=1.2)
         axes.set(xlabel="wave number [1/µm]", ylabel="E(k) [µm³/s²]")
         return figure, (

@@ -208,7 +208,7 @@ def _others(sweep: SweepRecord) -> Sequence[Axis]:
 def curves(sweep: SweepRecord, result: Result, width_inches: float = COLUMN_INCHES) -> Any:
     """A result over one key, a curve for each combination of the others' values; hollow where it still changes."""
     over, others = sweep.axes[0], _others(sweep)
-    figure, axes = new_figure(LIGHT, 1.4 + 0.3 * width_inches, width_inches)
+    figure, axes = new_figure(1.4 + 0.3 * width_inches, width_inches)
     rows = list(zip(*(axis.places for axis in others))) or [()] * len(sweep.runs)
     combinations, size = sorted(set(rows)), 0.5 + width_inches / 14
     for number, combination in enumerate(combinations):
@@ -228,7 +228,7 @@ def curves(sweep: SweepRecord, result: Result, width_inches: float = COLUMN_INCH
     if np.nanmin(result.values) < 0 < np.nanmax(result.values):
         axes.axhline(0, color=LIGHT.faint, linewidth=1)
     if 1 < len(combinations) <= _MOST_LABELS:
-        legend_above(axes, LIGHT, columns=_MOST_LABELS)
+        legend_above(axes, columns=_MOST_LABELS)
     elif len(combinations) > 1:
         _colour_bar(figure, axes, others, combinations)
     return figure
@@ -259,7 +259,7 @@ def colour_map(sweep: SweepRecord, result: Result) -> Any:
     columns, rows = (np.searchsorted(axis.values(), axis.places) for axis in (across, upwards))
     values = np.full((len(upwards.values()), len(across.values())), math.nan)
     values[rows, columns] = result.values
-    figure, axes = new_figure(LIGHT, 2.4, COLUMN_INCHES)
+    figure, axes = new_figure(2.4, COLUMN_INCHES)
     axes.grid(False)
     largest = np.nanmax(np.abs(values))
     both_signs = np.nanmin(values) < -1e-9 * largest and np.nanmax(values) > 1e-9 * largest

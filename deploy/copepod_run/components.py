@@ -243,7 +243,7 @@ def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
     """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
     settings = {
         **_AS_ROOT,
-        "OMPI_MCA_orte_tmpdir_base": str(scratch.mpi_files),
+        "OMPI_MCA_orte_tmpdir_base": str(scratch.files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_plm": "^slurm",  # ranks run here, also in a job that has other nodes

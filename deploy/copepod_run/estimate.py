@@ -15,6 +15,7 @@ from copepod_run.checkout import BUILD, chosen_programs, program
 from copepod_run.errors import BadCase
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan
+from copepod_run.run_directory import read_object
 
 _SPEEDS = BUILD / "measured_speed.json"
 _ANSWER_WITHIN_S = 60
@@ -154,7 +155,7 @@ def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
     """
     if plan.steps < _FEWEST_STEPS or summary.get("wall_s", 0.0) < _MOMENT_S:
         return
-    speeds = _read_speeds()
+    speeds = read_object(_SPEEDS)
     if summary.get("mlups"):
         speeds.setdefault(summary.get("precision", ""), {})[str(summary.get("ranks", 1))] = summary["mlups"]
     elif summary.get("wall_s") and not summary.get("resumed_from_step"):
@@ -178,12 +179,12 @@ def time_of(plan: Plan) -> tuple[float | None, str]:
     if updates:
         precision = plan.case.get("fluid", {}).get("precision", "double")
         of_what = f"{precision} run on {plan.fluid_ranks} rank(s)"
-        mlups = _read_speeds().get(precision, {}).get(str(plan.fluid_ranks))
+        mlups = read_object(_SPEEDS).get(precision, {}).get(str(plan.fluid_ranks))
         if mlups:
             return updates / (mlups * 1e6), f"at the {mlups:.0f} MLUPS of the last {of_what}"
     else:
         of_what = f"run with {_solver_of(plan)} fluid"
-        for bodies, seconds in _read_speeds().get(_solver_of(plan), {}).items():
+        for bodies, seconds in read_object(_SPEEDS).get(_solver_of(plan), {}).items():
             many, power = _GROWTH.get(_solver_of(plan), _LINEAR)
             now, then = (1.0 + (n / many) ** power for n in (plan.estimate.get("bodies", 1), int(bodies)))
             return (
@@ -195,11 +196,3 @@ def time_of(plan: Plan) -> tuple[float | None, str]:
 
 def _solver_of(plan: Plan) -> str:
     return str(plan.case.get("fluid", {}).get("solver", "other"))
-
-
-def _read_speeds() -> dict[str, dict[str, float]]:
-    try:
-        speeds: dict[str, dict[str, float]] = json.loads(_SPEEDS.read_text())
-        return speeds
-    except (OSError, ValueError):
-        return {}

@@ -188,7 +188,7 @@ class HostsLauncher(Launcher):
         program = str(Path(shutil.which(program) or program).absolute())
         order = {
             "mark": self._scratch.mark,
-            "folders": [str(self._scratch.mpi_files), str(self._scratch.shared_memory)],
+            "folders": [str(self._scratch.files), str(self._scratch.shared_memory)],
             "sign": str(self._sign),
             "program": program,
             "build": "" if self._plan.fluid_command else digest(program),
@@ -210,14 +210,14 @@ class HostsLauncher(Launcher):
     def environment(self, environment: Mapping[str, str]) -> dict[str, str]:
         """Of mpirun, so that it starts ranks through us; the same settings go to the other hosts."""
         folder = Path(__file__).resolve().parent.parent
-        order_file = self._scratch.mpi_files / "order.json"
+        order_file = self._scratch.files / "order.json"
         settings = {
             "OMPI_MCA_plm": "rsh",
             "OMPI_MCA_ras": "^slurm",
             "OMPI_MCA_plm_rsh_agent": "/usr/bin/python3 -S -P -B -m copepod_run.host_agent",
             "OMPI_MCA_plm_rsh_no_tree_spawn": "1",
             "OMPI_MCA_orte_leave_session_attached": "1",
-            "OMPI_MCA_orte_default_hostfile": str(self._scratch.mpi_files / "hosts"),
+            "OMPI_MCA_orte_default_hostfile": str(self._scratch.files / "hosts"),
             "OMPI_MCA_rmaps_base_mapping_policy": "slot",
             "OMPI_MCA_hwloc_base_binding_policy": "none",
             "OMPI_MCA_mpi_yield_when_idle": "1",
@@ -233,7 +233,7 @@ class HostsLauncher(Launcher):
             "environment": passed_on,
         }
         order_file.write_text(json.dumps(order))
-        (self._scratch.mpi_files / "hosts").write_text(hosts.hostfile_text(self._plan))
+        (self._scratch.files / "hosts").write_text(hosts.hostfile_text(self._plan))
         return complete
 
     def look(self) -> Failure | None:

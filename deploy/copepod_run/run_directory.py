@@ -8,12 +8,10 @@ import json
 import os
 import re
 import time
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from copepod_run.destinations import make_folder
 from copepod_run.errors import BadCase, Stop, StorageFailed
 from copepod_run.messages import say
 from copepod_run.names import as_word
@@ -104,17 +102,13 @@ def _replace(path: Path, text: str) -> None:
 
 def has_checkpoint(path: Path) -> bool:
     """Whether there is a complete one."""
-    return any(_checkpoints(path))
+    return last_checkpoint_step(path) >= 0
 
 
 def last_checkpoint_step(path: Path) -> int:
-    """Step of the last complete checkpoint, -1 if there is none."""
-    return max((int(path.parent.name.removeprefix("step_")) for path in _checkpoints(path)), default=-1)
-
-
-def _checkpoints(path: Path) -> Iterator[Path]:
-    """Manifests; a folder has this name, and its manifest, only once all of it is written."""
-    return (path / "checkpoints").glob("step_*/manifest.json")
+    """Step of the last complete checkpoint, whose manifest is written last; -1 if there is none."""
+    manifests = (path / "checkpoints").glob("step_*/manifest.json")
+    return max((int(manifest.parent.name.removeprefix("step_")) for manifest in manifests), default=-1)
 
 
 def _opened(path: Path) -> int:
@@ -176,6 +170,16 @@ def lock_of(folder: Path, patience_s: float = 0.0) -> Lock:
         return take_lock(descriptor, patience_s)
     finally:
         os.close(descriptor)
+
+
+def make_folder(path: Path, exist_ok: bool = True) -> None:
+    """Makes a folder and those above it. Raises Stop(73), and FileExistsError unless `exist_ok`."""
+    try:
+        path.mkdir(parents=True, exist_ok=exist_ok)
+    except OSError as problem:
+        if isinstance(problem, FileExistsError) and not exist_ok:
+            raise
+        raise StorageFailed(f"{path} cannot be made ({problem.strerror}). Choose another --out.") from None
 
 
 def create(name: str, out: str | None) -> RunDirectory:

@@ -2,7 +2,6 @@
 
 import os
 import secrets
-import socket
 import stat
 import tempfile
 import time
@@ -15,7 +14,6 @@ from copepod_run.cleanup import MARK
 from copepod_run.errors import BadCase
 from copepod_run.run_directory import Lock, lock_of, take_lock
 
-LONGEST_SOCKET_PATH = 100  # Linux allows 107 bytes; the rest is for suffixes such as the lock's
 _ROLES = ("coupler", "fluid", "body")
 _PLACES = ("/tmp", "/dev/shm")
 _YOUNG_S = 60.0  # a folder may be about to be locked
@@ -30,7 +28,7 @@ class Scratch:
     """
 
     def __init__(self, run_path: Path, mark: str) -> None:
-        """`mark`: of the run. Raises Stop(2) if a stranger's folder is in the way."""
+        """`mark`: of the run."""
         folders = (folder for where in _PLACES for folder in Path(where).glob("copepod-*"))
         cleanup.remove_folders(folder for folder in folders if _is_abandoned(folder))
         self.mark = mark
@@ -38,13 +36,7 @@ class Scratch:
         self.locks: list[int] = []  # descriptors
         self.is_kept = False  # for guarded_folder
         self.run_path = Path(run_path)
-        self.sockets = self.run_path / ".sockets"
-        is_short = len(os.fsencode(self.sockets / "coupler.ipc")) <= LONGEST_SOCKET_PATH
-        if is_short:
-            self._fresh_folder(self.sockets)
-        if not is_short or not _holds_sockets(self.sockets):
-            self.sockets = self._private_folder("/tmp")
-        self.mpi_files = self._private_folder("/tmp")
+        self.files = self._private_folder("/tmp")  # a short path, on a file system that has sockets
         self.shared_memory = self._private_folder("/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp")
 
     def keys(self, transport: str, is_private: bool = False) -> dict[str, Path]:
@@ -53,12 +45,17 @@ class Scratch:
 
         CURVE (ZeroMQ's encryption, Curve25519): a process without a key cannot listen, and the key of one role is not
         accepted for another. Keys are made for every run and removed with it; no command line contains one.
+        Raises Stop(2) if a stranger's folder is in the way.
         """
         if not transport.startswith("tcp://"):
             return {}
         import zmq  # needed by runs over tcp only
 
-        folder = self.mpi_files if is_private else self._fresh_folder(self.run_path / ".keys")
+        folder = self.files
+        if not is_private:
+            folder = self.run_path / ".keys"
+            fresh_folder(folder, self.mark)
+            self.folders.append(folder)
         pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in _ROLES}
         files = {}
         for role in _ROLES:
@@ -70,12 +67,7 @@ class Scratch:
 
     def endpoint(self, transport: str) -> str:
         """Where the coupler listens: a socket in our folder, or the planned tcp address."""
-        return f"ipc://{self.sockets}/coupler.ipc" if transport == "ipc" else transport
-
-    def _fresh_folder(self, folder: Path) -> Path:
-        fresh_folder(folder, self.mark)
-        self.folders.append(folder)
-        return folder
+        return f"ipc://{self.files}/coupler.ipc" if transport == "ipc" else transport
 
     def _private_folder(self, where: str) -> Path:
         folder = _temporary_folder(where, self.mark)
@@ -121,18 +113,6 @@ def _is_abandoned(folder: Path) -> bool:
         return is_old and cleanup.is_claimed(folder) and lock_of(folder) is Lock.OURS
     except OSError:  # gone meanwhile
         return False
-
-
-def _holds_sockets(folder: Path) -> bool:
-    """Whether its file system has Unix sockets."""
-    probe = folder / "coupler.ipc"
-    try:
-        with socket.socket(socket.AF_UNIX) as listener:
-            listener.bind(str(probe))
-        probe.unlink()
-    except OSError:
-        return False
-    return True
 
 
 @contextmanager

@@ -17,10 +17,10 @@ import numpy as np
 
 from copepod_report.trajectory import Trajectory
 from copepod_run.checkout import ROOT, program
-from copepod_run.destinations import make_folder
 from copepod_run.errors import ExitCode
 from copepod_run.figures import markdown_table
 from copepod_run.messages import Stage
+from copepod_run.run_directory import make_folder
 from copepod_validation.experiment import CaseDict, lattice_case, sphere, viscosity
 from copepod_validation.matrix import processor
 

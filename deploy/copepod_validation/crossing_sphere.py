@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from copepod_report.style import LIGHT, describe, new_figure, picture_of
+from copepod_report.style import describe, new_figure, picture_of
 from copepod_report.trajectory import Trajectory
 from copepod_run.figures import markdown_table
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
@@ -94,7 +94,7 @@ def section(results: Results[dict[str, Any]]) -> Section:
 def _figure(results: Results[dict[str, Any]]) -> bytes:
     """Amplitude spectra of the raw force at τ = 0.6, smoothed in bands."""
     paths = list(dict.fromkeys(point.path for _, point, _ in results))
-    figure, panels = new_figure(LIGHT, 3.2, ncols=len(paths), sharey=True, squeeze=False)
+    figure, panels = new_figure(3.2, ncols=len(paths), sharey=True, squeeze=False)
     for panel, path in zip(panels.flat, paths):
         for scheme, residual in [
             (one, noise["residual"]) for one, point, noise in results if point == Point(path, 0.6)

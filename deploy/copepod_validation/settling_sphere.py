@@ -151,7 +151,7 @@ def section(results: Results[Fall]) -> Section:
 
 def _figure(falls: Results[Fall], finer: Fall | None) -> bytes:
     """Velocities with the last scheme beside measured ones; deviations of all schemes from the finer run of E4."""
-    figure, panels = new_figure(LIGHT, 3.4, ncols=2 if finer else 1, squeeze=False)
+    figure, panels = new_figure(3.4, ncols=2 if finer else 1, squeeze=False)
     panel = panels.flat[0]
     last, last_falls = list(by_scheme(falls).items())[-1]
     for colour, fall in zip((LIGHT.ink, *LIGHT.beads), last_falls):

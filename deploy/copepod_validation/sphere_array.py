@@ -153,7 +153,7 @@ def _figure(arrays: Results[list[float]]) -> bytes:
     """Error against cells per diameter at φ = 0.125, a panel per relaxation time."""
     shown = [array for array in arrays if array[1].solid_fraction == 0.125]
     taus = sorted({point.tau for _, point, _ in shown})
-    figure, panels = new_figure(LIGHT, 3.2, ncols=len(taus), sharey=True, squeeze=False)
+    figure, panels = new_figure(3.2, ncols=len(taus), sharey=True, squeeze=False)
     for panel, tau in zip(panels.flat, taus):
         for number, scheme in enumerate(by_scheme(arrays)):
             found = [(point, errors) for one, point, errors in shown if (one, point.tau) == (scheme, tau)]

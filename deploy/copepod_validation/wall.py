@@ -99,7 +99,7 @@ def section(results: Results[tuple[float, float, float]]) -> Section:
 
 
 def _figure(results: Results[tuple[float, float, float]]) -> bytes:
-    figure, panels = new_figure(LIGHT, 3.2, ncols=3, sharey=True)
+    figure, panels = new_figure(3.2, ncols=3, sharey=True)
     for panel, way in zip(panels, DRAG):
         for scheme in by_scheme(results):
             chosen = [(p.gap, found[0]) for one, p, found in results if (one, p.way, p.radius) == (scheme, way, 4)]

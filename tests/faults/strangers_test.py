@@ -72,7 +72,8 @@ class Strangers(unittest.TestCase):
         run = self.start_halted()
         with zmq.Context() as context, context.socket(zmq.DEALER) as peer:
             peer.linger = 0
-            peer.connect(f"ipc://{self.folder}/out/.sockets/coupler.ipc")
+            (path,) = Path("/tmp").glob(f"copepod-{run.process.pid}-*/coupler.ipc")
+            peer.connect(f"ipc://{path}")
             message = Envelope(protocol_major=2, step=-1)
             message.hello.role, message.hello.lane, message.hello.instance = handshake.ROLE_BODY, 1, 1
             message.hello.session_token = "guessed"

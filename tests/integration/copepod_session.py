@@ -112,9 +112,8 @@ class Session:
         return found
 
     def leftovers(self):
-        """Processes, sockets and temporary folders of the run that are still there."""
-        sockets = list(self.folder.rglob(".sockets"))
-        return [*self.processes(), *sockets, *self.scratch_folders()]
+        """Processes, keys and temporary folders of the run that are still there."""
+        return [*self.processes(), *self.folder.rglob(".keys"), *self.scratch_folders()]
 
     def is_guard(self, pid):
         """Whether a process is the one that cleans up after this command."""

@@ -8,10 +8,11 @@ import time
 import unittest
 from pathlib import Path
 
-from copepod_session import CommandTest, ROOT, TinyRunTest, WholeRunTest
+from copepod_session import CommandTest, ROOT, TinyRunTest
 from synthetic_run import write_run
 
 from copepod_run import cleanup, scratch
+from copepod_run.errors import BadCase
 from copepod_run.run_directory import Lock, take_lock
 
 _HOURS_AGO = time.time() - 7200
@@ -87,29 +88,30 @@ class TemporaryFolders(FilesTest):
 
 
 class RunDirectory(TinyRunTest):
-    def test_a_folder_in_place_of_the_sockets_is_refused_and_stays(self):
-        session = self.start_long_run(checkpoint_at=10)
-        session.process.terminate()
-        session.end()
+    def setUp(self):
+        super().setUp()
+        self.scratch = scratch.Scratch(self.folder, "mark")
+        self.addCleanup(self.scratch.close)
+        self.addCleanup(lambda: cleanup.remove_folders(self.scratch.folders))
+        self.path = self.folder / ".keys"
+
+    def test_a_folder_in_place_of_the_keys_is_refused_and_stays(self):
         (self.folder / "elsewhere").mkdir()
-        path = self.folder / "runs/tiny/.sockets"
-        for make in (lambda: path.symlink_to(self.folder / "elsewhere"), path.mkdir):
+        for make in (lambda: self.path.symlink_to(self.folder / "elsewhere"), self.path.mkdir):
             make()
-            (path / "precious").write_text("work of a year")
-            again = self.start("run", self.case(), "--resume")
-            self.assertEqual(again.end(60), 2, "".join(again.stderr))
-            self.assertIn(".sockets is in the way (not made by a run). Move it away", again.last_line)
-            self.assertEqual((path / "precious").read_text(), "work of a year")
-            if path.is_symlink():
-                path.unlink()
+            (self.path / "precious").write_text("work of a year")
+            with self.assertRaisesRegex(BadCase, r"\.keys is in the way \(not made by a run\)\. Move it away"):
+                self.scratch.keys("tcp://127.0.0.1:1")
+            self.assertEqual((self.path / "precious").read_text(), "work of a year")
+            if self.path.is_symlink():
+                self.path.unlink()
 
     def test_an_empty_folder_of_a_killed_run_is_no_obstacle(self):
-        session = self.start_long_run(checkpoint_at=10)
-        session.process.terminate()
-        session.end()
-        (self.folder / "runs/tiny/.sockets").mkdir()
-        again = self.start("run", self.case(), "--resume")
-        self.assert_ends(again, 0, timeout_s=60)
+        self.path.mkdir()
+        keys = self.scratch.keys("tcp://127.0.0.1:1")
+        self.assertEqual({file.parent for file in keys.values()}, {self.path})
+        cleanup.remove_folders(self.scratch.folders)
+        self.assertFalse(self.path.exists())
 
 
 class WithoutLocks(FilesTest):
@@ -146,37 +148,6 @@ class WithoutLocks(FilesTest):
             words = ["/usr/bin/python3", "-c", script]
             found = subprocess.run(words, cwd=self.folder, env=variables, capture_output=True, text=True, check=True)
             self.assertEqual(found.stdout.strip(), state)
-
-
-_NO_SOCKETS = """#include <errno.h>
-#include <string.h>
-#include <sys/socket.h>
-#include <sys/syscall.h>
-#include <sys/un.h>
-#include <unistd.h>
-int bind(int fd, const struct sockaddr *to, socklen_t size) {
-  const char *path = ((const struct sockaddr_un *)to)->sun_path;
-  if (to->sa_family != AF_UNIX || !strstr(path, "/.sockets/")) return syscall(SYS_bind, fd, to, size);
-  errno = REFUSAL;
-  return -1;
-}
-"""
-
-
-class WithoutSockets(WholeRunTest):
-    """In a folder whose file system has no Unix sockets."""
-
-    def test_runs_put_their_sockets_elsewhere(self):
-        source = self.folder / "no_sockets.c"
-        source.write_text(_NO_SOCKETS)
-        for refusal in ("EOPNOTSUPP", "EPERM", "EIO", "ENOSYS"):
-            with self.subTest(refusal=refusal):
-                library = self.folder / f"{refusal}.so"
-                build = ["cc", "-shared", "-fPIC", f"-DREFUSAL={refusal}", "-o", library, source]
-                subprocess.run(build, check=True)
-                arguments = ("run", ROOT / "configs/quick/vacuum.yaml", "--set", "run.steps=5", "--out", refusal)
-                session = self.start(*arguments, environment={"LD_PRELOAD": str(library)})
-                self.assert_ends(session, 0, timeout_s=60)
 
 
 class Campaign(FilesTest):

@@ -328,10 +328,13 @@ class Runs(PackageTest):
         script = f"import copepod\ncopepod.run({str(VACUUM)!r}, 'out', set={{'run.steps': 10**7}})\n"
         started = subprocess.Popen([sys.executable, "-c", script], cwd=self.folder, env=environment())
         wait_until((self.folder / "out/trajectory.csv").exists, "a trajectory")
+        (run,) = Path(f"/proc/{started.pid}/task/{started.pid}/children").read_text().split()
+        folders = list(Path("/tmp").glob(f"copepod-{run}-*"))
+        self.assertTrue(folders)
         started.kill()
         started.wait()
         wait_until(lambda: copepod.load(self.folder / "out").status != "running", "the end of the run")
-        wait_until(lambda: not any((self.folder / "out").glob(".sockets")), "clean-up")
+        wait_until(lambda: not any(folder.exists() for folder in folders), "clean-up")
 
     def test_threads_run_cases_at_the_same_time(self):
         both = threading.Barrier(2, timeout=60)

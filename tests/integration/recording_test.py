@@ -13,9 +13,9 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from copepod.v1.envelope_pb2 import Envelope
 from copepod.v1.recording_pb2 import Record
 from copepod_component.messages import message_name
-from copepod_recording import overlap, trace
-from copepod_recording.comparison import differences
+from copepod_recording import trace
 from copepod_recording.reader import Recording, UnreadableRecording
+from copepod_recording.replay import differences
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 QUICK = ROOT / "configs/quick/three_sphere.yaml"
@@ -244,7 +244,7 @@ class Trace(RecordedRun):
 
         folder = self.folder / "out/trace/attempt_001"
         timelines = trace.read([Recording(path) for path in sorted(folder.glob("*.rec"))])
-        found = overlap.figures(timelines)
+        found = trace.overlap(timelines)
         self.assertEqual(found["steps"], STEPS - 1)
 
     def test_what_cannot_be_drawn_is_refused_by_name(self):
@@ -296,19 +296,19 @@ class Shadow(unittest.TestCase):
         return [trace.Timeline("coupler", 0, coupler), trace.Timeline("fluid", 0, fluid)]
 
     def test_all_is_hidden_when_the_bulk_update_takes_longer(self):
-        found = overlap.figures(self.timelines(bulk_end=110, asked=60))
+        found = trace.overlap(self.timelines(bulk_end=110, asked=60))
         self.assertEqual(
             (found["hidden"], found["hidden_steps"], found["bulk_us"], found["round_trip_us"]), (1, 1, 100, 50)
         )
 
     def test_the_rest_is_not_hidden_when_it_is_shorter(self):
-        found = overlap.figures(self.timelines(bulk_end=35, asked=60))
+        found = trace.overlap(self.timelines(bulk_end=35, asked=60))
         self.assertEqual((found["hidden"], found["hidden_steps"], found["waited_us"]), (0.5, 0, 30))
 
     def test_what_happens_before_the_bulk_update_begins_is_not_hidden(self):
         coupler, fluid = self.timelines(bulk_end=110, asked=60)
         late = [replace(phase, begin_ns=60_000) if phase.name == "advancing" else phase for phase in fluid.phases]
-        found = overlap.figures([coupler, trace.Timeline("fluid", 0, late)])
+        found = trace.overlap([coupler, trace.Timeline("fluid", 0, late)])
         self.assertEqual((found["hidden"], found["round_trip_us"]), (0, 50))
 
 

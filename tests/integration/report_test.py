@@ -431,7 +431,7 @@ class Report(CommandTest):
         self.assertIn(f"fill: {LIGHT.ink}".encode(), picture_of(figure, "svg"))  # files are light
 
     def test_figure_of_very_many_lines_becomes_pixels_between_axes_that_follow_the_page(self):
-        figure, axes = new_figure(LIGHT, 3.0)
+        figure, axes = new_figure(3.0)
         for number in range(400):
             axes.plot(np.sin(np.arange(200) * number))
         text = svg_of(figure)

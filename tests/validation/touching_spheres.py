@@ -188,7 +188,7 @@ def tumbling(folder):
         "passed": f"{time_s[below[0]]:.3f} s" if len(below) else "– (not in this run)",
     }
     print(facts, f"least gap {gap.min():.4f} D, largest tilt {tilt.max():.0f}")
-    figure, panels = new_figure(LIGHT, 3.0, ncols=3)
+    figure, panels = new_figure(3.0, ncols=3)
     for motion, colour, name in ((first, LIGHT.beads[0], "lower at first"), (second, LIGHT.beads[1], "upper at first")):
         panels[0].plot(time_s, 100 * motion["position_m"][:, 2], color=colour, label=name)
         panels[1].plot(time_s, 100 * motion["velocity_m_per_s"][:, 2], color=colour)

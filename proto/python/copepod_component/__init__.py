@@ -19,10 +19,9 @@ A setup, step or checkpoint that may take longer than a minute calls context.rep
 check context.stop_requested().
 """
 
-from .context import SolverContext
 from .errors import CaseError, ExitCode, SolverError, StorageError
 from .run import Capabilities, run_body_component, run_fluid_component
-from .solvers import AppliedLoads, Estimate, Kinematics, Summary
+from .solvers import AppliedLoads, Estimate, Kinematics, SolverContext, Summary
 
 __all__ = [
     "AppliedLoads",

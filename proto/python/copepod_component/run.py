@@ -12,13 +12,12 @@ import time
 
 import zmq
 
-from .context import SolverContext
 from .control_lane import ControlLane
 from .errors import CaseError, ComponentError
 from .keys import HandshakeMonitor, read_keys, require_keys_off_this_machine
 from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, envelope, handshake, setup, to_frame
 from .server import Server
-from .solvers import ServedBody, ServedFluid
+from .solvers import ServedBody, ServedFluid, SolverContext
 from .validation import MESSAGE_BYTES, check_setup
 
 LINGER_MS = 500  # for the last message of a component that ends

@@ -108,7 +108,7 @@ def _count(options):
 
 
 def _trace(options):
-    from copepod_recording import overlap, trace
+    from copepod_recording import trace
     from copepod_recording.reader import Recording, trace_folder
 
     folder = trace_folder(options.directory, options.attempt)
@@ -123,9 +123,8 @@ def _trace(options):
     out = Path(options.out or Path(options.directory) / "trace.json")
     out.write_text(json.dumps(trace.as_json(shown, wire)))
     print(f"{out}: open it with https://ui.perfetto.dev or chrome://tracing")
-    figures = overlap.figures(timelines)
-    if figures:
-        print(overlap.text(figures))
+    if figures := trace.overlap(timelines):
+        print(trace.overlap_text(figures))
     if options.picture:
         trace.draw(shown, options.picture)
         print(options.picture)

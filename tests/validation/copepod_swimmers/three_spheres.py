@@ -80,7 +80,7 @@ class Alone:
 
 def over_lag(stokes: Any, lattice: Any) -> Any:
     """Speed over the lag of the leading force: dots measured, lines theory."""
-    figure, panels = new_figure(LIGHT, 3.6, ncols=2)
+    figure, panels = new_figure(3.6, ncols=2)
     for panel, speeds, title in zip(panels, (stokes, lattice), ("Stokes flow", "lattice Boltzmann")):
         lags = np.array(speeds["lag"] / speeds["period"])
         for label, style, colour in zip(LABELS, ("-", "--", ":"), LIGHT.beads):
@@ -105,7 +105,7 @@ def _periodic(lags: np.ndarray, values: Any) -> tuple[np.ndarray, np.ndarray]:
 
 def over_amplitude(stokes: Any, lattice: Any) -> Any:
     """Measured speed over each theory's, over the square of the stroke."""
-    figure, axes = new_figure(LIGHT, 3.6)
+    figure, axes = new_figure(3.6)
     for speeds, marker, name in ((stokes, "o-", "Stokes"), (lattice, "s--", "lattice")):
         for label, colour in zip(LABELS, LIGHT.beads):
             look = {"color": colour, "markersize": 4, "linewidth": 1, "label": f"{name}: {label}"}
@@ -180,7 +180,7 @@ def _changes(pairs: Any, alone: Alone) -> Any:
 
 def interaction(over_phase: Any, together: Any, opposed: Any, alone: Alone) -> Any:
     """Speeds relative to a lone swimmer and change of distance: dots measured, lines theory."""
-    figure, (by_phase, by_distance) = new_figure(LIGHT, 6.0, nrows=2, ncols=2)
+    figure, (by_phase, by_distance) = new_figure(6.0, nrows=2, ncols=2)
     _draw_phases(by_phase, _changes(over_phase, alone).sort_values("phase"))
     _draw_distances(by_distance, _changes(together, alone), _changes(opposed, alone), alone)
     for panels, label in ((by_phase, "phase of the right swimmer [degrees]"), (by_distance, "distance d [cells]")):
@@ -265,7 +265,7 @@ def _integrated(run: Run, row: Any) -> float:
 
 def approach(turnings: Any, paths: Mapping[str, Run], length_m: float) -> Any:
     """Left: turning per cycle over height, dots measured, lines theory. Right: paths, the swimmer every 300 cycles."""
-    figure, (rate, path) = new_figure(LIGHT, 3.6, ncols=2)
+    figure, (rate, path) = new_figure(3.6, ncols=2)
     heights, sizes = 1e6 * turnings["height"], abs(turnings)
     rate.loglog(heights, sizes["far field"], "--", color=LIGHT.ink, linewidth=1, label="far field of the dipole")
     for name, colour in zip(("odd", "even"), LIGHT.beads):

@@ -34,7 +34,7 @@ def turn_of(run: Run) -> dict[str, float]:
 
 def rotation(over_stroke: Any, over_phase: Any) -> Any:
     """Angle per cycle: dots measured, lines theory."""
-    figure, panels = new_figure(LIGHT, 3.4, ncols=2)
+    figure, panels = new_figure(3.4, ncols=2)
     for panel, turns, varied in zip(panels, (over_stroke, over_phase), ("stroke_squared", "phase")):
         turns = turns.sort_values(varied)
         for label, style, colour in zip(LABELS, ("-", ":"), LIGHT.beads[::2]):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from copepod_conformance.cases import MASS_KG, POSITIONS_M, RADIUS_M, SPEED_M_PER_S, STEP_S, ZERO
-from copepod_conformance.checks.body_motion import motions_of
+from copepod_conformance.checks.body_physics import motions_of
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _REBOUND = Rule(

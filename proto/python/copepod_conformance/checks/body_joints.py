@@ -14,7 +14,7 @@ from copepod_conformance.cases import (
     ZERO,
     add_actuator,
 )
-from copepod_conformance.checks.body_motion import STEPS, motions_of, move
+from copepod_conformance.checks.body_physics import STEPS, motions_of, move
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _CLOSED = Rule("What a role implies", "joints are closed in every reply, while their bodies move and turn")
@@ -54,15 +54,9 @@ def _add_joint(content, kind, anchor_A_m, anchor_B_m, **fields):
 
 
 def _matrix(q_WB):
-    """R_WB of a unit quaternion (w, x, y, z)."""
-    w, x, y, z = q_WB
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    """R_WB of a unit quaternion (w, r)."""
+    cross = np.cross(np.eye(3), q_WB[1:])  # times a vector: r × v
+    return np.eye(3) + 2 * (q_WB[0] * cross + cross @ cross)
 
 
 def _errors(kind, motion, value):

@@ -16,8 +16,8 @@ from copepod_conformance.cases import (
     ZERO,
     add_actuator,
     give_shape,
+    rows,
 )
-from copepod_conformance.checks.body_motion import STEPS, motions_of, move, expect
 from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
 
 _NEWTON = Rule(
@@ -40,6 +40,12 @@ _BEND = Rule(
 )
 _FIXED = Rule("What a role implies", "a fixed body stays where it is, whatever the loads")
 
+STEPS = 10
+_TITLES = {
+    "position_m": "position [m]",
+    "velocity_m_per_s": "velocity [m/s]",
+    "spin_rad_per_s": "angular velocity [rad/s]",
+}
 _TIME_S = STEPS * STEP_S
 _ROUNDING = 1e-6  # of the expected change
 _DIRECTION = np.array([0.5, -1.0, 0.25])
@@ -47,6 +53,46 @@ _START_M_PER_S = np.array([SPEED_M_PER_S, 0.0, 0.0])
 _GRAVITY_M_PER_S2 = _DIRECTION * FORCE_N / MASS_KG
 _EXTENSION_M = 1e-6
 _STIFFNESS_N_PER_M = FORCE_N / _EXTENSION_M
+
+
+class Motion:
+    """State of the bodies; arrays of shape (bodies, 3)."""
+
+    def __init__(self, kinematics, bodies):
+        self.position_m = rows(kinematics, "position_m", bodies=bodies)
+        self.velocity_m_per_s = rows(kinematics, "velocity_m_per_s", bodies=bodies)
+        self.spin_rad_per_s = rows(kinematics, "angular_velocity_rad_per_s", bodies=bodies)
+        self.orientation_wxyz = rows(kinematics, "orientation_wxyz", width=4, bodies=bodies)
+
+    def expect(self, name, body, expected, tolerance):
+        """Raises Violation if an attribute of a body is not the expected one."""
+        expect(f"{_TITLES[name]} of body {body}", getattr(self, name)[body], expected, tolerance)
+
+
+def motions_of(trial, change=None, force=ZERO, torque=ZERO, values=(), steps=STEPS):
+    """The bodies after each step, body 0 under these constant loads; `change` is done to the setup before."""
+    trial.reach("greeted")
+    request = trial.case.setup_request()
+    del request.body_setup.actuators[:]
+    if change:
+        change(request.body_setup)
+    bodies = len(request.body_setup.bodies)
+    trial.request(request)
+    rest = [ZERO] * (bodies - 1)
+    for step in range(steps):
+        reply = trial.request(trial.case.loads_request(step, [force, *rest], [torque, *rest], values))
+        yield Motion(reply.envelope.kinematics, bodies)
+
+
+def move(trial, *arguments, **named):
+    """The last of motions_of."""
+    *_, motion = motions_of(trial, *arguments, **named)
+    return motion
+
+
+def expect(what, found, expected, tolerance):
+    if not np.all(np.abs(found - expected) <= tolerance):
+        raise Violation(f"{what} {found} instead of {expected} (± {tolerance:.1g}) after {STEPS} steps")
 
 
 def _expect_acceleration(motion, body, acceleration_m_per_s2):
