@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from copepod_campaign.sweep import Member
-from copepod_run.errors import BadCase, ExitCode
-from copepod_run.plan import resolved_case
+from copepod_run.errors import BadCase, ExitCode, Stop
+from copepod_run.plan import plan_of
 from copepod_run.run_directory import Lock, has_checkpoint, lock_of, read_object
 from copepod_run.messages import say
 
@@ -86,8 +86,11 @@ class Entry:
         """Whether the folder is of this case, or of a run that ended before it had written its case."""
         if not (self.path / "case.yaml").exists():
             return all(child.name == "logs" for child in self.path.iterdir())
-        found = resolved_case(self.path / "case.yaml")
-        return found is not None and _physics(found) == _physics(self.plan.case)
+        try:
+            return _physics(plan_of(self.path / "case.yaml").case) == _physics(self.plan.case)
+        except Stop as refusal:  # a case that the present coupler cannot read
+            refusal.refused()
+            return False
 
     def _wait_until_free(self) -> None:
         """Runs of a killed campaign write a checkpoint and end."""

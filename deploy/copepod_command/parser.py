@@ -87,13 +87,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_validate(commands)
     _add_bench(commands)
     _add_replay(commands)
-    commands.add_parser("python", help="run Python, or a script, with `import copepod`")
-    commands.add_parser("recording", help="list, count or draw what a run recorded")
-    _add_test(commands)
-    commands.add_parser("conformance", help="check a component against the protocol")
-    _add_setup(commands)
-    _add_completion(commands)
-    _add_manual(commands)
+    _add_tools(commands)
     return parser
 
 
@@ -361,7 +355,9 @@ def _add_replay(commands: _Commands) -> None:
     parser.set_defaults(action="copepod_command.kit_tools:replay")
 
 
-def _add_test(commands: _Commands) -> None:
+def _add_tools(commands: _Commands) -> None:
+    commands.add_parser("python", help="run Python, or a script, with `import copepod`")
+    commands.add_parser("recording", help="list, count or draw what a run recorded")
     parser = commands.add_parser(
         "test",
         epilog=_epilog("test", "test -- -L unit"),
@@ -370,16 +366,11 @@ def _add_test(commands: _Commands) -> None:
         description="Builds everything and runs ctest; arguments after -- are ctest's, for example: -- -L unit",
     )
     parser.set_defaults(action="copepod_command.actions:test")
-
-
-def _add_setup(commands: _Commands) -> None:
+    commands.add_parser("conformance", help="check a component against the protocol")
     parser = commands.add_parser("setup", help="install packages and build, nothing else")
     _add(parser, "--ci", "also the packages of .ci/run: clang-tidy, black, gcovr, …")
     _add(parser, "--packages-only", "do not build")
     parser.set_defaults(action="copepod_command.actions:setup")
-
-
-def _add_completion(commands: _Commands) -> None:
     parser = commands.add_parser(
         "completion",
         help="completion of this command for a shell",
@@ -389,9 +380,6 @@ def _add_completion(commands: _Commands) -> None:
     )
     parser.add_argument("shell", choices=("bash", "zsh", "fish"))
     parser.set_defaults(action="copepod_command.documentation:completion")
-
-
-def _add_manual(commands: _Commands) -> None:
     parser = commands.add_parser(
         "man",
         help="manual pages",

@@ -105,12 +105,9 @@ class RunRecord(RunResult):
         return np.array(at(self.case, "fluid.domain_cells") or (0, 0, 0)) * (self.cell_size_m or 0.0)
 
     @property
-    def is_periodic(self) -> tuple[bool, bool, bool]:
-        """Along x, y and z; a case names an axis or, once it is resolved, both of its faces."""
-        boundaries = at(self.case, "fluid.boundaries") or {}
-        kinds = [boundaries.get(axis) for axis in "xyz"]
-        x, y, z = ((kind.get("low") if isinstance(kind, dict) else kind) == "periodic" for kind in kinds)
-        return x, y, z
+    def is_periodic(self) -> list[bool]:
+        """Along x, y and z."""
+        return [self.case["fluid"]["boundaries"][axis]["low"] == "periodic" for axis in "xyz"]
 
     def arms_of(self, name: str) -> list[str]:
         """The ends of each arm of a swimmer or group: «A–B»."""

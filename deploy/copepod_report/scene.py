@@ -169,17 +169,9 @@ def _box(fluid: Mapping[str, Any], cell_size_m: float | None, metres: float) -> 
         return {"size": None, "walls": [fluid["no_slip_plane"]], "symmetry": [], "periodic": []}
     if not cell_size_m or not all(fluid.get("domain_cells") or [0]):
         return None
-    boundaries = fluid.get("boundaries") or {}
-    walls, periodic = [], []
-    for axis in "xyz":
-        faces = boundaries.get(axis, "no_slip")
-        for side in ("low", "high"):
-            kind = faces.get(side) if isinstance(faces, Mapping) else faces
-            kind = "no_slip" if isinstance(kind, Mapping) and "velocity_m_per_s" in kind else kind
-            if kind == "no_slip":
-                walls.append(f"{axis}_{side}")
-            elif kind == "periodic" and side == "low":
-                periodic.append(axis)
+    faces = {f"{axis}_{side}": fluid["boundaries"][axis][side] for axis in "xyz" for side in ("low", "high")}
+    walls = [face for face, kind in faces.items() if kind == "no_slip" or "velocity_m_per_s" in kind]
+    periodic = [axis for axis in "xyz" if faces[f"{axis}_low"] == "periodic"]
     size = [cells * cell_size_m / metres for cells in fluid["domain_cells"]]
     return {"size": size, "walls": walls, "symmetry": list(fluid.get("symmetry_planes") or []), "periodic": periodic}
 

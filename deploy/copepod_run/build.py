@@ -135,14 +135,7 @@ def _is_configured() -> bool:
 
 def _configure() -> None:
     with Stage("configuring"), open(_LOG, "wb") as log:
-        code = subprocess.run(
-            ["cmake", "--fresh", "--preset", "release"],
-            cwd=ROOT,
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-        ).returncode
-        if code:
+        if packages.run_into(log, ["cmake", "--fresh", "--preset", "release"], cwd=ROOT) != 0:
             raise Stop(ExitCode.FAILED, _failure("cmake could not configure the build"))
 
 

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from copepod_run.checkout import BUILD
 from copepod_run.errors import BadCase
@@ -128,10 +128,10 @@ def _install(wanted: Sequence[str], log: BinaryIO) -> None:
 def _apt_get(arguments: Sequence[str], log: BinaryIO) -> int:
     """Exit code of one apt-get call that asks nothing and waits for another one to end."""
     environment = dict(os.environ, DEBIAN_FRONTEND="noninteractive")
-    return subprocess.run(
-        ["apt-get", "-o", "DPkg::Lock::Timeout=300", *arguments],
-        env=environment,
-        stdin=subprocess.DEVNULL,
-        stdout=log,
-        stderr=subprocess.STDOUT,
-    ).returncode
+    return run_into(log, ["apt-get", "-o", "DPkg::Lock::Timeout=300", *arguments], env=environment)
+
+
+def run_into(log: BinaryIO, command: Sequence[str], **settings: Any) -> int:
+    """Exit code of a command that asks nothing and writes to `log`; `settings`: as for subprocess.run."""
+    streams: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": log, "stderr": subprocess.STDOUT}
+    return subprocess.run(command, **streams, **settings).returncode

@@ -125,15 +125,6 @@ def request_campaign(file: str, settings: Sequence[str] = ()) -> CampaignPlan:
     return plan
 
 
-def resolved_case(file: str | Path) -> dict[str, Any] | None:
-    """The resolved case in `file` as the present coupler reads it, or None if there is none that it can read."""
-    try:
-        return plan_of(file).case
-    except Stop as refusal:
-        refusal.refused()
-        return None
-
-
 def _ask_coupler(arguments: Sequence[str]) -> str:
     """What the coupler prints. Raises Stop(2) with its list of errors."""
     try:

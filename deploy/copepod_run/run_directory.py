@@ -28,6 +28,7 @@ class RunDirectory:
         Raises Stop(73) if nothing can be written there.
         """
         self.path = Path(path).absolute()
+        self.shown = shown(self.path)
         _require_utf8(self.path)
         self.lock = _opened(path)
         try:
@@ -45,10 +46,6 @@ class RunDirectory:
 
     def close(self) -> None:
         os.close(self.lock)
-
-    @property
-    def shown(self) -> str:
-        return shown(self.path)
 
     def summary(self) -> dict[str, Any] | None:
         """summary.json, or None if there is none that can be read."""

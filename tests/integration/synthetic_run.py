@@ -21,7 +21,12 @@ def write_run(folder, name="design_a", published=None, mean_flow=True, steps=240
     case = {
         "case": name,
         "run": {"steps": steps},
-        "fluid": {"solver": "lattice_boltzmann", "domain_cells": list(DOMAIN), "precision": "double"},
+        "fluid": {
+            "solver": "lattice_boltzmann",
+            "domain_cells": list(DOMAIN),
+            "boundaries": {axis: {"low": "no_slip", "high": "no_slip"} for axis in "xyz"},
+            "precision": "double",
+        },
         "swimmers": [
             {
                 "name": "swimmer",

@@ -24,7 +24,11 @@ BEADS = [
 CASE = {
     "fluid": {
         "domain_cells": [40, 40, 80],
-        "boundaries": {"x": "no_slip", "y": {"low": "no_slip", "high": {"pressure_Pa": 0}}, "z": "periodic"},
+        "boundaries": {
+            "x": {"low": "no_slip", "high": {"velocity_m_per_s": [0, 0, 1]}},
+            "y": {"low": "no_slip", "high": {"pressure_Pa": 0}},
+            "z": {"low": "periodic", "high": "periodic"},
+        },
         "symmetry_planes": ["x"],
     },
     "swimmers": [{"name": "swimmer", "beads": BEADS, "stroke": {"period_steps": 100}}],

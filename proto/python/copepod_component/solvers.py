@@ -133,12 +133,20 @@ class _Served:
             summary = self.solver.summarise()
             fields = dataclasses.asdict(summary) | {"seconds": summary.seconds or self._seconds}
             reply.MergeFrom(type(reply)(summary=fields))
+        elif name in ("FluidSetup", "BodySetup"):
+            check_setup(body)
+            self._bodies = len(body.bodies)
+            self.solver = self._make_solver(body, self._context)
+            reply.configured.SetInParent()
+            self._configured(body, reply.configured)
         else:
-            self._perform_own(name, body, request, reply)
+            self._step(name, body, request, reply)
 
-    def _perform_own(self, name, body, request, reply):
-        """Requests of one role."""
-        raise NotImplementedError
+    def _configured(self, setup, reply):
+        """What a role has to add to its answer."""
+
+    def _step(self, name, body, request, reply):
+        """Requests about a step, of one role."""
 
     def follow_up(self, name):
         """Work after the reply."""
@@ -153,14 +161,11 @@ class _Served:
 class ServedFluid(_Served):
     role = "fluid"
 
-    def _perform_own(self, name, body, request, reply):
-        if name == "FluidSetup":
-            check_setup(body)
-            self._bodies = len(body.bodies)
-            self._loads = self._bodies + sum(obstacle.loads for obstacle in body.obstacles)
-            self.solver = self._make_solver(body, self._context)
-            reply.configured.SetInParent()
-        elif name == "Kinematics":
+    def _configured(self, setup, reply):
+        self._loads = len(setup.bodies) + sum(obstacle.loads for obstacle in setup.obstacles)
+
+    def _step(self, name, body, request, reply):
+        if name == "Kinematics":
             arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in _WIDTHS.items())
             kinematics = Kinematics(request.step, *arrays)
             force, torque = self._timed("exchange", self.solver.exchange, kinematics)
@@ -175,23 +180,18 @@ class ServedFluid(_Served):
 class ServedBody(_Served):
     role = "body"
 
-    def _perform_own(self, name, body, request, reply):
-        if name == "BodySetup":
-            check_setup(body)
-            self._bodies = len(body.bodies)
-            self._actuators = len(body.actuators)
-            self.solver = self._make_solver(body, self._context)
-            reply.configured.driving_nodes.extend(self.solver.driving_nodes())
-        elif name == "KinematicsRequest":
+    def _configured(self, setup, reply):
+        self._actuators = len(setup.actuators)
+        reply.driving_nodes.extend(self.solver.driving_nodes())
+
+    def _step(self, name, body, request, reply):
+        if name == "KinematicsRequest":
             write_kinematics(self.solver.kinematics(), self._bodies, reply)
         elif name == "AppliedLoads":
-            nodes, bodies = len(self.solver.driving_nodes()), self._bodies
-            applied = AppliedLoads(
-                request.step,
-                _read(body.force_N, (bodies, 3), "force_N"),
-                _read(body.torque_N_m, (bodies, 3), "torque_N_m"),
-                _read(body.actuation, (nodes, self._actuators), "actuation"),
-            )
+            shapes = {"force_N": (self._bodies, 3), "torque_N_m": (self._bodies, 3)}
+            shapes["actuation"] = (len(self.solver.driving_nodes()), self._actuators)
+            arrays = (_read(getattr(body, key), shape, key) for key, shape in shapes.items())
+            applied = AppliedLoads(request.step, *arrays)
             write_kinematics(self._timed("step", self.solver.step, applied), self._bodies, reply)
 
 

@@ -81,9 +81,9 @@ def _options(arguments):
 
 
 def _wire(options):
-    from copepod_recording.reader import Recording, wire_file
+    from copepod_recording.reader import Recording, recorded
 
-    return Recording(wire_file(options.directory, options.attempt))
+    return Recording(recorded(options.directory, "wire", options.attempt))
 
 
 def _list(options):
@@ -109,9 +109,9 @@ def _count(options):
 
 def _trace(options):
     from copepod_recording import trace
-    from copepod_recording.reader import Recording, trace_folder
+    from copepod_recording.reader import Recording, recorded
 
-    folder = trace_folder(options.directory, options.attempt)
+    folder = recorded(options.directory, "trace", options.attempt)
     processes = [Recording(path) for path in sorted(folder.glob("*.rec"))]
     wire = _wire(options) if list((Path(options.directory) / "wire").glob("*.rec")) else None
     timelines = trace.read(processes)

@@ -81,18 +81,11 @@ class Recording:
         return kind.FromString(self._content[start : start + length]), start + length
 
 
-def wire_file(run_directory, attempt=None):
-    """The recorded messages of an attempt, by default the newest. Raises CaseError if there is none."""
-    return _chosen(pathlib.Path(run_directory) / "wire", "*.rec", attempt, "wire")
-
-
-def trace_folder(run_directory, attempt=None):
-    """The folder with the phases of each process. Raises CaseError if there is none."""
-    return _chosen(pathlib.Path(run_directory) / "trace", "attempt_*", attempt, "trace")
-
-
-def _chosen(folder, pattern, attempt, key):
-    found = sorted(folder.glob(pattern))
+def recorded(run_directory, key, attempt):
+    """What `output.wire` or `output.trace` recorded of an attempt (None: the newest): the file with its messages, the
+    folder with the phases of each process. Raises CaseError if there is none."""
+    folder = pathlib.Path(run_directory) / key
+    found = sorted(folder.glob("attempt_*"))
     if attempt is not None:
         found = [path for path in found if path.stem == f"attempt_{attempt:03d}"]
     if not found:
