@@ -13,7 +13,7 @@ from copepod_validation.sudden_start import inverse_laplace
 BODIES = {
     "own": "own",
     "Bullet": "bullet",
-    "Python": {"command": f"/usr/bin/python3 {ROOT}/proto/python/examples/point_masses.py"},
+    "Python": {"command": f"/usr/bin/python3 {ROOT}/examples/python/point_masses.py"},
 }
 _SPEED = {"terminal": 1e-4, "start": 1e-5}  # without walls, in cells per step
 _STEPS = {"terminal": 20000, "start": 300}

@@ -14,7 +14,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 CASE = ROOT / "configs/quick/three_sphere.yaml"
-_EXAMPLES = ROOT / "proto/python/examples"
+_EXAMPLES = ROOT / "examples/python"
 
 # what to add to the command for each component
 FLUIDS = {
@@ -37,8 +37,8 @@ tests/integration/combinations.py        # writes this page
 ```
 
 `configs/quick/three_sphere.yaml` in full; only the component changes: `--set fluid.solver=stokes`,
-`--set fluid.solver=vacuum`, `--fluid "python3 proto/python/examples/stokes_drag_fluid.py"`, `--set body.solver=bullet`
-(or `mujoco`), `--body "python3 proto/python/examples/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim
+`--set fluid.solver=vacuum`, `--fluid "python3 examples/python/stokes_drag_fluid.py"`, `--set body.solver=bullet`
+(or `mujoco`), `--body "python3 examples/python/point_masses.py"`. Speeds are in cells per step. Δ compares u_swim
 with our own bodies in the same fluid. Wall times: {processor}.
 
 | fluid | bodies | u_swim | Δ | d₁ [cells] | d₂ [cells] | sin(φ₁ − φ₂) | u_GA | u_swim to u_GA | wall time | digest |

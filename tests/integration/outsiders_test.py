@@ -17,7 +17,7 @@ from copepod_session import ROOT, CommandTest
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 SWIMMER = (ROOT / "configs/quick/vacuum.yaml", "--set", "run.steps=800")
 STEP = 700
-STOKES_DRAG = f"/usr/bin/python3 {ROOT}/proto/python/examples/stokes_drag_fluid.py"
+STOKES_DRAG = f"/usr/bin/python3 {ROOT}/examples/python/stokes_drag_fluid.py"
 
 CAPSULE = """
 case: capsule
@@ -32,7 +32,7 @@ run: {steps: 10}
 # A body component in Python, the example's point masses; CHANGE is what this trial makes of it.
 COMPONENT = f"""
 import os, signal, sys
-sys.path.insert(0, {str(ROOT / "proto/python/examples")!r})
+sys.path.insert(0, {str(ROOT / "examples/python")!r})
 from copepod_component import Capabilities, run_body_component, server
 from point_masses import PointMasses
 
@@ -166,7 +166,7 @@ class InstalledKit(Trial):
         subprocess.run(install, check=True, stdout=subprocess.DEVNULL)
         self.packages = prefix / "share/copepod/python"
         self.script = self.folder / "bodies.py"
-        lines = (ROOT / "proto/python/examples/point_masses.py").read_text().splitlines()
+        lines = (ROOT / "examples/python/point_masses.py").read_text().splitlines()
         self.script.write_text("\n".join(line for line in lines if "sys.path" not in line))
 
     def test_component_runs_on_the_kit_in_the_users_path_and_not_on_the_one_of_the_checkout(self):

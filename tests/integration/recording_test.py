@@ -21,7 +21,7 @@ PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 QUICK = ROOT / "configs/quick/three_sphere.yaml"
 STEPS = 40
 SHORT = ("--set", f"run.steps={STEPS}", "--set", "output.fields.mean_over_steps=[0, 0]")
-PYTHON_BODIES = ("/usr/bin/python3", ROOT / "proto/python/examples/point_masses.py")
+PYTHON_BODIES = ("/usr/bin/python3", ROOT / "examples/python/point_masses.py")
 
 
 class RecordedRun(CommandTest):

@@ -20,7 +20,7 @@ RECORDED = (
     "--set",
     "output.checkpoint.every_steps=15",
 )
-PYTHON_BODIES = f"/usr/bin/python3 {ROOT}/proto/python/examples/point_masses.py"
+PYTHON_BODIES = f"/usr/bin/python3 {ROOT}/examples/python/point_masses.py"
 ASLEEP = ("--", "/usr/bin/python3", "-c", "import time; print('asleep', flush=True); time.sleep(600)")
 
 

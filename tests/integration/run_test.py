@@ -117,7 +117,7 @@ class Finishing(RealRun):
 
     def test_fluid_component_in_python_lets_a_ball_fall_with_stokes_speed(self):
         (self.folder / "case.yaml").write_text(FALLING_BALL)
-        fluid = f"/usr/bin/python3 {ROOT}/proto/python/examples/stokes_drag_fluid.py"
+        fluid = f"/usr/bin/python3 {ROOT}/examples/python/stokes_drag_fluid.py"
         self.finish("case.yaml", "--fluid", fluid)
         trajectory = next(self.folder.glob("out_*")) / "trajectory.csv"
         *_, last = csv.DictReader(trajectory.read_text().splitlines())

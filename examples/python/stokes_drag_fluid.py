@@ -4,7 +4,7 @@
     F = −6π η r v,   T = −8π η r³ ω
 
 Neglects the other bodies, the walls and the inertia of the fluid. Run a case with it:
-    deploy/copepod run CASE.yaml --fluid "python3 proto/python/examples/stokes_drag_fluid.py"
+    deploy/copepod run CASE.yaml --fluid "python3 examples/python/stokes_drag_fluid.py"
 """
 
 import pathlib

@@ -8,7 +8,7 @@
 
 First order in the step h: off by half the distance of a step. Spheres of motion `free` only; torques, anchors away from
 the centre and gravity are refused, contacts are ignored. Run a case with it:
-    deploy/copepod run CASE.yaml --body "python3 proto/python/examples/point_masses.py"
+    deploy/copepod run CASE.yaml --body "python3 examples/python/point_masses.py"
 """
 
 import hashlib
