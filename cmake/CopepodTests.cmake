@@ -5,7 +5,9 @@ include(GoogleTest)
 if(COPEPOD_SANITIZER)
   add_custom_target(sanitized_tests)
   string(JOIN ":" COPEPOD_LONG_RUNS Contacts.LetAHeapComeToRest PlaneImages.AreSurfaceAveragesOfTheGreensFunction
-    JointLimit.LetsAPendulumWhoseBobItHoldsKeepItsEnergy Joints.StayClosed BulletWorld.LetsNoCapsulePassThroughAWall
+    JointLimit.Keeps* JointLimit.LetsAPendulumWhoseBobItHoldsKeepItsEnergy Joints.StayClosed
+    SegmentDistance.AgreesWithASearchForRandomSegments
+    Setups/KeyTravel.EveryFieldIsSetByItsKeyAndSurvivesTheResolvedCase/* BulletWorld.LetsNoCapsulePassThroughAWall
     BodyMap.OfBodiesThatCrossEqualsOneMadeFromScratch BodyMap.SlowSphereTakesAndLosesEveryCellInTime
     Signal.IsIntegratedExactlyForEveryKindPeriodLagRampStartAndStop PrescribedBodies.DoNotDriftInManyPeriods
     Lubrication.LetsABodySinkAsItsWeightDemandsHoweverThinTheFilm)
