@@ -27,7 +27,7 @@ if(COPEPOD_SANITIZER)
   set(sanitizer_flags -fsanitize=${sanitizer_${COPEPOD_SANITIZER}} -fno-sanitize=${sanitizer_left_out}
     -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_compile_options(-O0 ${sanitizer_flags})
-  add_link_options(${sanitizer_flags})
+  add_link_options(${sanitizer_flags} -fuse-ld=lld)
 endif()
 
 option(COPEPOD_COVERAGE "Build with coverage counters for gcovr" OFF)

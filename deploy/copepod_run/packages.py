@@ -56,6 +56,7 @@ CONTINUOUS_INTEGRATION = (
     "clang-tidy",
     "clang",
     "libclang-rt-dev",
+    "lld",
     "gcovr",
     "help2man",
     "python3-argcomplete",
