@@ -53,12 +53,12 @@ endfunction()
 # Several sources at once, since most of the time goes into the headers that they share. A private name must not be used
 # twice in a target, nor in a header that another source uses. The preset `debug` compiles each source alone and so
 # finds what a source fails to include.
+set(sources_together 8)
+if(COPEPOD_SANITIZER)
+  set(sources_together 24)
+endif()
 function(copepod_sources_together target)
   if(NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
-    set(sources_together 8)
-    if(COPEPOD_SANITIZER)
-      set(sources_together 16)
-    endif()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${sources_together})
     target_compile_options(${target} PRIVATE -Wno-shadow  # of a private name of another source
       $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)  # every source is taken for a header
