@@ -86,15 +86,24 @@ def _pure(options: Namespace) -> list[Figures]:
 
 def _coupled(options: Namespace) -> list[Figures]:
     ranks = len(os.sched_getaffinity(0))
-    rows: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [(_DOMAINS[0], 3, ())]
+    kinds: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [(_DOMAINS[0], 3, ())]
     if not options.quick:
-        rows += [(_PAPER, 3, ("x", "y")), *((_PAPER, beads, ()) for beads in (3, 100, 1000))]
+        kinds += [(_PAPER, 3, ("x", "y")), *((_PAPER, beads, ()) for beads in (3, 100, 1000))]
+    rows: list[tuple[Any, ...]] = [
+        (*kind, transport, keys, "sphere")
+        for keys, kind, transport in itertools.product(_KEYS.values(), kinds, ("ipc", "in_process"))
+    ]
+    if not options.quick:
+        shapes = (("ellipsoid", 3), ("ellipsoid", 1000), ("sphere", 1), ("mesh", 1))
+        rows += [(_PAPER, beads, (), "in_process", {}, shape) for shape, beads in shapes]
     results = []
-    for keys, (domain, beads, planes), transport in itertools.product(_KEYS.values(), rows, ("ipc", "in_process")):
-        with Stage(f"coupled, {domain}, {beads} beads, {ranks} rank(s), {transport}{', as published' if keys else ''}"):
+    for domain, beads, planes, transport, keys, shape in rows:
+        name = f"{domain}, {beads} × {shape}, {ranks} rank(s), {transport}{', as published' if keys else ''}"
+        with Stage(f"coupled, {name}"):
             steps = min(_LONGEST_STEPS, _steps(computed_cells(domain, planes), 1e9))
-            chosen = (domain, beads, ranks, steps, options.samples, planes, transport, keys)
-            results.append(measure_coupled(*chosen))
+            results.append(
+                measure_coupled(domain, beads, ranks, steps, options.samples, planes, transport, keys, shape)
+            )
     return results
 
 
@@ -111,8 +120,10 @@ def _table(results: Mapping[str, Sequence[Figures]]) -> str:
         "## Fluid alone",
         markdown_table(heads, (form.format(**row, domain=_cells(row)) for row in results["pure"])),
     ]
-    heads = "domain | symmetry planes | beads | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead"
-    form = "{domain} | {planes} | {beads} | {ranks} | {transport} | {median_coupled_mlups:.1f} | "
+    heads = (
+        "domain | symmetry planes | beads | shape | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead"
+    )
+    form = "{domain} | {planes} | {beads} | {shape} | {ranks} | {transport} | {median_coupled_mlups:.1f} | "
     form += "{median_fluid_mlups:.1f} | {median_ratio:.2f} ({least:.2f}–{most:.2f}) | {median_coupling_overhead:.3f}"
     for title, keys in _KEYS.items():
         rows = []
@@ -135,7 +146,7 @@ def _phase_table(results: Sequence[Figures]) -> str:
         total = sum(seconds.values()) or 1.0
         boundary = row["keys"].get("fluid", {}).get("moving_boundary", "default")
         shares = (f"{100 * seconds[phase] / total:.1f}" for phase in phases)
-        rows.append(" | ".join([_cells(row), str(row["beads"]), boundary, row["transport"], *shares]))
+        rows.append(" | ".join([_cells(row), f"{row['beads']} × {row['shape']}", boundary, row["transport"], *shares]))
     return markdown_table(" | ".join(["domain | beads | boundary | transport", *phases]), rows)
 
 
@@ -183,9 +194,11 @@ def measure_coupled(
     symmetry_planes: Sequence[str] = (),
     transport: str = "ipc",
     keys: Mapping[str, Any] = {},
+    shape: str = "sphere",
 ) -> Figures:
     """Speed with beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio. `keys` replace
-    defaults, by section. `others`: largest part of the machine that others, or its host, took during a sample.
+    defaults, by section; a mesh has 10,000 triangles. `others`: largest part of the machine that others, or its host,
+    took during a sample.
 
     `domain` is the whole one; rates count the cells that are computed, and leave out the fluid's last look at all
     cells (the phase summary), which belongs to no step.
@@ -205,7 +218,7 @@ def measure_coupled(
         "case": f"bench_{beads}_beads",
         "fluid": flow | keys.get("fluid", {}),
         "lubrication": keys.get("lubrication", {}),
-        "bodies": [_bead(*numbered) for numbered in enumerate(bead_positions(domain, beads))],
+        "bodies": [_bead(*numbered, shape) for numbered in enumerate(bead_positions(domain, beads))],
         "run": {"steps": steps},
         "output": {"trajectory": {"every_steps": steps}},
         "services": {"fluid": {"ranks": ranks}, "transport": transport},
@@ -233,6 +246,7 @@ def measure_coupled(
         "domain_cells": list(domain),
         "symmetry_planes": list(symmetry_planes),
         "beads": beads,
+        "shape": shape,
         "ranks": ranks,
         "transport": transport,
         "keys": dict(keys),
@@ -258,12 +272,33 @@ def computed_cells(domain: Sequence[int], symmetry_planes: Sequence[str]) -> lis
     return [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
 
 
-def _bead(number: int, position: Sequence[float]) -> Figures:
+def _shape(name: str) -> Figures:
+    """Of a sphere's volume; as a mesh, the sphere."""
+    radius_m = _RADIUS_CELLS * _CELL_M
+    if name == "ellipsoid":
+        return {"shape": name, "semi_axes_m": [0.8 * radius_m, radius_m, 1.25 * radius_m]}
+    if name == "mesh":
+        return {"shape": name, "text": _round_mesh(71), "unit_m": radius_m}
+    return {"shape": name, "radius_m": radius_m}
+
+
+def _round_mesh(around: int) -> str:
+    """The unit sphere as an OBJ file, of 2 around² triangles."""
+    polar, azimuths = (math.pi * (i + 1) / (around + 1) for i in range(around)), range(around)
+    rings = [(math.sin(t), math.cos(t), 2 * math.pi * k / around) for t in polar for k in azimuths]
+    points = [(0, 0, 1), (0, 0, -1), *((s * math.cos(p), s * math.sin(p), c) for s, c, p in rings)]
+    at = [[3 + around * ring + k % around for k in range(around + 1)] for ring in range(around)]
+    faces = [f for k in azimuths for f in ((1, at[0][k], at[0][k + 1]), (2, at[-1][k + 1], at[-1][k]))]
+    for one, next_ in itertools.pairwise(at):
+        faces += [f for k in azimuths for f in ((one[k], next_[k], next_[k + 1]), (one[k], next_[k + 1], one[k + 1]))]
+    return "".join([*("v {} {} {}\n".format(*p) for p in points), *("f {} {} {}\n".format(*f) for f in faces)])
+
+
+def _bead(number: int, position: Sequence[float], shape: str) -> Figures:
     """Every other one moves up, the others down."""
     return {
         "name": f"bead_{number}",
-        "shape": "sphere",
-        "radius_m": _RADIUS_CELLS * _CELL_M,
+        **_shape(shape),
         "mass_kg": 5.44e-13,
         "position_m": [x * _CELL_M for x in position],
         "velocity_m_per_s": [0.0, 0.0, _SPEED_M_PER_S if number % 2 else -_SPEED_M_PER_S],
