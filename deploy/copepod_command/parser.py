@@ -67,6 +67,14 @@ def _time(text: str) -> str:
     return text
 
 
+class _Version(argparse.Action):
+    """Looks for the version only when it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        print(f"copepod {version()}")
+        parser.exit()
+
+
 def make_parser() -> argparse.ArgumentParser:
     """The parser of all commands but for what follows --."""
     parser = argparse.ArgumentParser(
@@ -75,8 +83,7 @@ def make_parser() -> argparse.ArgumentParser:
         epilog=_epilog("run configs/quick/three_sphere.yaml", "run --help"),
         formatter_class=_Formatter,
     )
-    shown = f"copepod {version()}"
-    parser.add_argument("--version", action="version", version=shown, help="print the version and exit")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     kind: Any = partial(argparse.ArgumentParser, formatter_class=_Formatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=kind)
     _add_run(commands)

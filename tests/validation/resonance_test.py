@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import PROGRAMS, WholeRunTest  # noqa: E402
-from copepod_run.plan import resolved_case  # noqa: E402
+from copepod_run.plan import plan_of  # noqa: E402
 from copepod_report.resonance import VacuumSwimmer, points_of, sweeps_of  # noqa: E402
 from copepod_report.run_record import collect  # noqa: E402
 
@@ -58,7 +58,7 @@ class Resonance(WholeRunTest):
             "paper/resonance.yaml", f"sweep.parameters={{swimmers.0.spring.stiffness_N_per_m: [{values}]}}"
         )
         os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
-        points = points_of(next(iter(sweeps_of(collect(sweep, resolved_case)).values())))
+        points = points_of(next(iter(sweeps_of(collect(sweep, lambda file: plan_of(file).case)).values())))
         self.assertEqual(len(points), 3)
         for point, row in zip(points, chosen):
             self.assertLess(point.deviation, 1e-10)
