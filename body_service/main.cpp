@@ -9,6 +9,6 @@ int main(int argc, char** argv) {
        [](const auto& setup, auto& context) { return std::make_unique<RigidBodySolver>(setup, &context); },
        // Measured with Debian 12 [docs/results/memory.md]; some thousand bodies fit into that.
        [](const auto&, int) {
-         return copepod::Estimate{std::int64_t{10} << 20, ""};
+         return copepod::Estimate{std::int64_t{11} << 20, ""};
        }});
 }

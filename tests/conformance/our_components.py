@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "results" / "conformance.md"
-EXAMPLES = ROOT / "proto" / "python" / "examples"
+EXAMPLES = ROOT / "examples" / "python"
 JAVASCRIPT = ROOT / "examples" / "javascript_fluid"
 SKIPPED = 77  # exit code that ctest counts as skipped
 JOBS = 8  # most of the time a component waits, or is waited for

@@ -111,7 +111,8 @@ def _text(vector):
 
 
 def checks(subject):
-    shapes = [name for name in OTHER_SHAPES if subject.can(f"shape:{name}")]
+    on_lattice = subject.case.solver in ("lattice_boltzmann", "external")
+    shapes = [name for name in OTHER_SHAPES if on_lattice and subject.can(f"shape:{name}")]
     return [
         Check("physics", "no loads on bodies at rest in a fluid at rest", _REST, _at_rest),
         Check("physics", "a force against the motion", _AGAINST, _against, ("force",)),
