@@ -34,8 +34,8 @@ std::filesystem::path trajectory_of(const LoadedCase& loaded, const RunDirectory
 template <class Item>
 std::unique_ptr<TrajectoryWriter> writer_of(const std::vector<Item>& items, const std::filesystem::path& path,
                                             const LoadedCase& loaded, const CouplerState* resumed) {
-  std::vector<std::string> names;
-  for (const Item& item : items) names.push_back(item.name);
+  std::vector<std::string> names(items.size());
+  std::ranges::transform(items, names.begin(), &Item::name);
   const OutputCase& output = loaded.content.output;
   return std::make_unique<TrajectoryWriter>(path.string(), names, loaded.content.step_s, output.trajectory_every_steps,
                                             output.trajectory_from_step, end_of(path, resumed));
