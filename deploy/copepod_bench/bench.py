@@ -63,7 +63,7 @@ def _require_file(path: Path) -> None:
         if path.is_dir():
             problem = "that is a folder"
         elif not path.absolute().parent.is_dir():
-            problem = "there is no such folder"
+            problem = "its folder is missing"
         else:
             existing = path if path.exists() else path.absolute().parent
             problem = None if os.access(existing, os.W_OK) else os.strerror(errno.EACCES)
