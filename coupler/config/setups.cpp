@@ -80,9 +80,10 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
       return wall;
     case BoundaryKind::velocity:
       wall.velocity_m_per_s = boundary.velocity_m_per_s;
-      return boundary.velocity_m_per_s[axis] == 0.0 ? std::optional(wall) : std::nullopt;
+      return boundary.is_wall(face) ? std::optional(wall) : std::nullopt;
     case BoundaryKind::periodic:
     case BoundaryKind::pressure:
+    case BoundaryKind::outflow:
       break;
   }
   return {};

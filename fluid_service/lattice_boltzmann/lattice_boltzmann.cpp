@@ -40,7 +40,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       stream_collide_(choose_kernels<T>().stream_collide),
       halo_(domain_, partition_, layout_, communicator),
       moving_walls_(domain_, layout_),
-      pressure_faces_(domain_, layout_),
+      open_faces_(domain_, layout_),
       map_(domain_, layout_, make_bodies(setup), names_of_obstacles(setup)),
       refill_(make_refiller<T>(setup.refill, domain_, partition_, layout_, communicator)),
       films_(setup),
@@ -182,13 +182,13 @@ void LatticeBoltzmann<T>::advance() {
   }
   bool received = exchange_momentum_->uses_second_cell;  // in exchange
   if (!received) halo_.start(populations_.data(), placement_);
-  if (!received && !pressure_faces_.empty()) {
+  if (!received && !open_faces_.empty()) {
     receive_halo();
     received = true;
   }
   // Before walls: it needs the moments of populations that no wall has changed.
-  pressure_faces_.apply(populations_.data(), placement_,
-                        [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; });
+  open_faces_.apply(populations_.data(), placement_,
+                    [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; });
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update(halo_.interior());

@@ -14,6 +14,7 @@
 #include "lattice_boltzmann/bodies/nearby_bodies.hpp"
 #include "lattice_boltzmann/bodies/refill.hpp"
 #include "lattice_boltzmann/boundary/halo_exchange.hpp"
+#include "lattice_boltzmann/boundary/open_faces.hpp"
 #include "lattice_boltzmann/boundary/wall.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
@@ -127,7 +128,7 @@ class LatticeBoltzmann final : public FluidSolver {
   StreamCollide<T> stream_collide_;
   HaloExchange<T> halo_;
   MovingWalls moving_walls_;
-  PressureFaces pressure_faces_;
+  OpenFaces open_faces_;
   BodyMap map_;
   std::unique_ptr<Refiller<T>> refill_;
   ThinFilms films_;

@@ -13,7 +13,8 @@ Capabilities capabilities() {
           .version = COPEPOD_VERSION,
           .features = features_in(
               "solver:lattice_boltzmann solver:stokes solver:vacuum collision:bgk collision:trt boundary:no_slip "
-              "boundary:periodic boundary:free_slip boundary:velocity boundary:pressure no_slip_plane symmetry_planes "
+              "boundary:periodic boundary:free_slip boundary:velocity boundary:pressure boundary:outflow "
+              "profile:parabolic no_slip_plane symmetry_planes "
               "body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green precision:double "
               "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
               "shape:compound obstacles obstacle_loads moving_boundary:bounce_back moving_boundary:interpolated "

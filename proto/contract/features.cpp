@@ -52,7 +52,10 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
     required.insert(feature("moving_boundary", moving_boundary_names, setup.moving_boundary));
     required.insert(feature("refill", refill_names, setup.refill));
   }
-  for (const Boundary& boundary : setup.boundaries) required.insert(feature("boundary", boundary_names, boundary.kind));
+  for (const Boundary& boundary : setup.boundaries) {
+    required.insert(feature("boundary", boundary_names, boundary.kind));
+    if (boundary.parabolic) required.insert("profile:parabolic");
+  }
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
   if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
   if (setup.film_thickness_m > 0.0) required.insert("thin_films");
@@ -91,6 +94,8 @@ const std::vector<Feature>& known_features() {
       {"boundary:free_slip", physics, "a face is a wall without friction"},
       {"boundary:velocity", physics, "a face is a wall moving in its plane, or an inlet"},
       {"boundary:pressure", physics, "a face is open at a given pressure"},
+      {"boundary:outflow", physics, "fluid and sound leave through a face"},
+      {"profile:parabolic", physics, "fluid comes in with a parabolic profile"},
       {"no_slip_plane", physics, "one wall in Stokes flow"},
       {"symmetry_planes", physics, "the flow is mirrored about planes through the middle of the domain"},
       {"body_force", physics, "a constant force per volume drives the fluid"},

@@ -13,7 +13,7 @@
 namespace copepod {
 
 enum class FluidKind { lattice_boltzmann, stokes, vacuum };
-enum class BoundaryKind { no_slip, periodic, free_slip, velocity, pressure };
+enum class BoundaryKind { no_slip, periodic, free_slip, velocity, pressure, outflow };
 enum class CollisionKind { bgk, trt };
 enum class Precision { double_precision, single_precision };
 enum class MovingBoundary { bounce_back, interpolated, central_linear, parabolic };
@@ -25,8 +25,18 @@ constexpr double largest_speed_lu = 0.4;
 /// Condition on one face of the domain.
 struct Boundary {
   BoundaryKind kind = BoundaryKind::no_slip;
-  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< of the wall, for BoundaryKind::velocity
-  double pressure_Pa = 0.0;                                    ///< relative to rest, for BoundaryKind::pressure
+  /// For BoundaryKind::velocity: of the wall; with a component through the face, of the fluid that comes in there.
+  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
+  double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
+  bool parabolic = false;  ///< for BoundaryKind::velocity: times 4 s(1 − s) along each axis between walls, 0 ≤ s ≤ 1
+
+  /// @param face  its number in FluidSetup::boundaries
+  [[nodiscard]] bool lets_in(std::size_t face) const {
+    return kind == BoundaryKind::velocity && velocity_m_per_s[static_cast<Eigen::Index>(face / 2)] != 0.0;
+  }
+  [[nodiscard]] bool is_wall(std::size_t face) const {
+    return kind == BoundaryKind::no_slip || (kind == BoundaryKind::velocity && !lets_in(face));
+  }
 };
 
 enum class InitialFlowKind {

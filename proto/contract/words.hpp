@@ -55,7 +55,9 @@ inline constexpr auto moving_boundary_names =
     words<MovingBoundary>("bounce_back", "interpolated", "central_linear", "parabolic");
 inline constexpr auto refill_names = words<Refill>("equilibrium", "nonequilibrium", "grad");
 inline constexpr auto precision_names = words<Precision>("double", "single");
-inline constexpr auto boundary_names = words<BoundaryKind>("no_slip", "periodic", "free_slip", "velocity", "pressure");
+inline constexpr auto boundary_names =
+    words<BoundaryKind>("no_slip", "periodic", "free_slip", "velocity", "pressure", "outflow");
+inline constexpr auto profile_names = words<bool>("uniform", "parabolic");
 inline constexpr auto initial_flow_names = words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green");
 inline constexpr auto quantity_names = words<FieldQuantity>("density", "velocity", "pressure", "vorticity");
 

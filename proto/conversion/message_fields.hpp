@@ -55,6 +55,7 @@ void describe(auto& wire, Is<Boundary> auto& boundary) {
   wire("kind", boundary.kind);
   wire("velocity_m_per_s", boundary.velocity_m_per_s);
   wire("pressure_Pa", boundary.pressure_Pa);
+  wire("parabolic", boundary.parabolic);
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {

@@ -109,9 +109,8 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
 void NearSurfaces::add_walls(int body, const Kinematics& kinematics) {
   const CoreSegment own = core(body, kinematics);
   for (int face = 0; face < 6; ++face) {
-    const BoundaryKind kind = setup_.boundaries[static_cast<std::size_t>(face)].kind;
-    if ((kind != BoundaryKind::no_slip && kind != BoundaryKind::velocity) || mirror_[static_cast<std::size_t>(face)])
-      continue;
+    const auto number = static_cast<std::size_t>(face);
+    if (!setup_.boundaries[number].is_wall(number) || mirror_[number]) continue;
     const Eigen::Index axis = face / 2;
     const double sign = face % 2 == 0 ? 1.0 : -1.0;
     const double distance_m = face % 2 == 0 ? own.centre_W_m[axis] : length_m_[axis] - own.centre_W_m[axis];

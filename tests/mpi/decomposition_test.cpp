@@ -24,6 +24,7 @@ struct Method {
   Refill refill = Refill::equilibrium;
   bool has_open_faces = false;
   bool has_other_shapes = false;
+  bool has_stream = false;
 };
 
 FluidSetup wandering_bodies(const Method& method) {
@@ -35,6 +36,10 @@ FluidSetup wandering_bodies(const Method& method) {
   setup.boundaries[2].kind = setup.boundaries[3].kind =
       method.has_open_faces ? BoundaryKind::pressure : BoundaryKind::no_slip;
   if (method.has_open_faces) setup.boundaries[2].pressure_Pa = 2e-3;
+  if (method.has_stream) {
+    setup.boundaries[2] = {BoundaryKind::velocity, {0.01, 0.02, 0.0}, 0.0};
+    setup.boundaries[3].kind = BoundaryKind::outflow;
+  }
   setup.precision = method.precision;
   setup.moving_boundary = method.moving_boundary;
   setup.refill = method.refill;
@@ -181,16 +186,18 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Method{}, Method{Precision::single_precision},
                     Method{Precision::single_precision, MovingBoundary::interpolated, Refill::grad},
                     Method{Precision::double_precision, MovingBoundary::parabolic, Refill::nonequilibrium},
-                    Method{.has_open_faces = true},
+                    Method{.has_open_faces = true}, Method{.has_stream = true},
                     Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, true},
                     Method{Precision::double_precision, MovingBoundary::central_linear, Refill::grad, false, true},
-                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, false,
+                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, false, true},
+                    Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, false, true,
                            true}),
     [](const auto& instance) {
       std::string name = instance.param.precision == Precision::double_precision ? "Double_" : "Single_";
       name += name_of(moving_boundary_names, instance.param.moving_boundary);
       if (instance.param.has_open_faces) name += "OpenFaces";
       if (instance.param.has_other_shapes) name += "OtherShapes";
+      if (instance.param.has_stream) name += "Stream";
       std::erase(name, '_');
       return name;
     });

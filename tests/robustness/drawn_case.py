@@ -154,7 +154,14 @@ class _Draw:
             return self.rng.choice(["no_slip", "free_slip"])
         if self.chance(0.45):
             return "periodic"
+        if self.chance(0.2):
+            return self._stream(axis)
         return {"low": self._face(axis), "high": self._face(axis)}
+
+    def _stream(self, axis):
+        velocity = self.speed(self.vector(0.02))
+        inflow = {"velocity_m_per_s": list(velocity), "profile": self.rng.choice(["uniform", "parabolic"])}
+        return dict(zip(self.rng.choice([("low", "high"), ("high", "low")]), (inflow, "outflow")))
 
     def _face(self, axis):
         kind = self.rng.choice(["no_slip", "no_slip", "no_slip", "free_slip", "moving", "pressure"])

@@ -16,7 +16,30 @@ const char* time_key(const Case& the_case) {
   return the_case.fluid.relaxation_time ? "fluid.relaxation_time" : "step_s";
 }
 
-bool is_wall(const Boundary& face) { return face.kind == BoundaryKind::no_slip || face.kind == BoundaryKind::velocity; }
+bool has_walls(const FluidCase& fluid) {
+  return std::ranges::any_of(fluid.boundaries, [](const Boundary& face) {
+    return face.kind == BoundaryKind::no_slip || face.kind == BoundaryKind::velocity;
+  });
+}
+
+void check_open_faces(const FluidCase& fluid, Problems& problems) {
+  bool has_opening = false;
+  std::size_t inflow = 6;
+  for (std::size_t face = 0; face < 6; ++face) {
+    const Boundary& boundary = fluid.boundaries[face];
+    has_opening = has_opening || boundary.kind == BoundaryKind::pressure || boundary.kind == BoundaryKind::outflow;
+    if (boundary.lets_in(face)) inflow = face;
+    if (boundary.parabolic && !boundary.lets_in(face))
+      problems.reject(face_path(face),
+                      "has profile: parabolic and no velocity through the face (a wall moves as a whole). Give "
+                      "velocity_m_per_s a component along " +
+                          std::string(axis_names[face / 2]) + ", or leave the profile out.");
+  }
+  if (has_opening || inflow == 6) return;
+  problems.reject(face_path(inflow),
+                  "has a velocity through the face, and no face is open (the density would change without end). Give "
+                  "another one outflow or pressure_Pa.");
+}
 
 /// A flow that the faces of the domain would destroy at once.
 void check_initial_flow(const FluidCase& fluid, Problems& problems) {
@@ -34,9 +57,7 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
     const Boundary& high = fluid.boundaries[2 * axis + 1];
     if (low.kind != BoundaryKind::velocity && high.kind != BoundaryKind::velocity) continue;
     ++moving;
-    const auto normal = static_cast<Eigen::Index>(axis);
-    const bool along = low.velocity_m_per_s[normal] == 0.0 && high.velocity_m_per_s[normal] == 0.0;
-    if (is_wall(low) && is_wall(high) && along) ++between_walls;
+    if (low.is_wall(2 * axis) && high.is_wall(2 * axis + 1)) ++between_walls;
   }
   if (moving == 1 && between_walls == 1) return;
   problems.reject(path, "is shear, and " + std::to_string(between_walls) +
@@ -104,7 +125,7 @@ void check_time(const Case& the_case, Problems& problems) {
   } else if (the_case.fluid.collision == CollisionKind::bgk && tau < 0.52) {
     problems.error(time_key(the_case),
                    found + " (bgk is unstable below about 0.52). Use collision: trt or a larger cell.");
-  } else if (tau > 2.0 && std::ranges::any_of(the_case.fluid.boundaries, is_wall)) {
+  } else if (tau > 2.0 && has_walls(the_case.fluid)) {
     problems.warning(
         time_key(the_case),
         found +
@@ -133,6 +154,7 @@ void check_domain(const Case& the_case, Problems& problems) {
                     "are " + rounded_text(cells) + " cells in all (no machine holds them). Use fewer or larger cells.");
     return;
   }
+  check_open_faces(fluid, problems);
   check_initial_flow(fluid, problems);
 }
 

@@ -102,7 +102,7 @@ void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
   }
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
-    if (kind != BoundaryKind::velocity && kind != BoundaryKind::pressure) continue;
+    if (kind == BoundaryKind::no_slip || kind == BoundaryKind::periodic || kind == BoundaryKind::free_slip) continue;
     problems.warn(face_path(face),
                   "drives a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
   }

@@ -16,7 +16,8 @@ bool mirrored(const FluidCase& fluid, std::size_t face, std::size_t axis) {
   const Boundary& other = fluid.boundaries[image];
   Eigen::Vector3d reflected = other.velocity_m_per_s;
   reflected[static_cast<Eigen::Index>(axis)] *= -1.0;
-  return one.kind == other.kind && one.pressure_Pa == other.pressure_Pa && one.velocity_m_per_s == reflected;
+  return one.kind == other.kind && one.pressure_Pa == other.pressure_Pa && one.velocity_m_per_s == reflected &&
+         one.parabolic == other.parabolic;
 }
 
 constexpr double plane_tolerance = 1e-9;

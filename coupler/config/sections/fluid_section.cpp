@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// One face: a word, or {velocity_m_per_s: […]}, or {pressure_Pa: …}.
+/// One face: a word, or {velocity_m_per_s: […], profile: …}, or {pressure_Pa: …}, or {outflow: {}}.
 Boundary read_face(Reader& faces, const std::string& key) {
   Boundary boundary;
   const Value* value = faces.raw(key);
@@ -27,15 +27,18 @@ Boundary read_face(Reader& faces, const std::string& key) {
   Reader face = faces.section(key);
   const bool moves = face.has("velocity_m_per_s");
   const bool presses = face.has("pressure_Pa");
-  if (moves == presses) {
+  const bool lets_out = face.has("outflow");
+  if (moves + presses + lets_out != 1) {
     faces.reject(key,
-                 "needs exactly one condition (a wall with a velocity, or an opening with a pressure). Give "
-                 "velocity_m_per_s or pressure_Pa.");
+                 "needs exactly one condition (a wall or an inflow with a velocity, or an opening). Give "
+                 "velocity_m_per_s, pressure_Pa or outflow.");
     return boundary;
   }
-  boundary.kind = moves ? BoundaryKind::velocity : BoundaryKind::pressure;
+  boundary.kind = moves ? BoundaryKind::velocity : presses ? BoundaryKind::pressure : BoundaryKind::outflow;
   if (moves) boundary.velocity_m_per_s = face.numbers("velocity_m_per_s", 3);
+  if (moves) Keys::reading(face).choice("profile", boundary.parabolic, profile_names, "");
   if (presses) boundary.pressure_Pa = face.number("pressure_Pa", Range::any);
+  if (lets_out) face.section("outflow");
   return boundary;
 }
 
@@ -82,7 +85,8 @@ void declare(Keys& keys, InitialFlow& flow) {
 }
 
 ordered_json resolved_face(const Boundary& boundary) {
-  if (boundary.kind == BoundaryKind::velocity) return {{"velocity_m_per_s", boundary.velocity_m_per_s}};
+  if (boundary.kind == BoundaryKind::velocity)
+    return {{"velocity_m_per_s", boundary.velocity_m_per_s}, {"profile", name_of(profile_names, boundary.parabolic)}};
   if (boundary.kind == BoundaryKind::pressure) return {{"pressure_Pa", boundary.pressure_Pa}};
   return name_of(boundary_names, boundary.kind);
 }
@@ -90,10 +94,19 @@ ordered_json resolved_face(const Boundary& boundary) {
 ordered_json schema_of_face() {
   ordered_json condition;
   Keys keys = Keys::describing(condition);
-  keys.describe("velocity_m_per_s", schema_of_list(schema_of_number(Range::any), 3), "Velocity of the wall.");
+  keys.describe(
+      "velocity_m_per_s", schema_of_list(schema_of_number(Range::any), 3),
+      "Velocity of the wall; with a component through the face, of the fluid that comes in or goes out there.");
+  bool parabolic = false;
+  keys.choice("profile", parabolic, profile_names,
+              "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to 1 "
+              "between them; beside one wall and a free_slip face, half of that parabola.");
   keys.describe("pressure_Pa", schema_of_number(Range::any), "Pressure, relative to the fluid at rest.");
-  condition["description"] = "A wall that moves, or an opening.";
-  return {{"anyOf", {{{"enum", {"no_slip", "periodic", "free_slip"}}}, condition}}};
+  keys.describe("outflow", {{"type", "object"}, {"maxProperties", 0}},
+                "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
+                "to that at rest.");
+  condition["description"] = "A wall that moves, an inflow, or an opening.";
+  return {{"anyOf", {{{"enum", {"no_slip", "periodic", "free_slip", "outflow"}}}, condition}}};
 }
 
 ordered_json schema_of_axis() {

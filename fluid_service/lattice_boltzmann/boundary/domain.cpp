@@ -12,6 +12,8 @@ Face make_face(const Boundary& boundary, const LatticeUnits& units) {
   if (boundary.kind == BoundaryKind::periodic) face.kind = FaceKind::periodic;
   if (boundary.kind == BoundaryKind::free_slip) face.kind = FaceKind::mirror;
   if (boundary.kind == BoundaryKind::velocity) face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
+  face.is_parabolic = boundary.parabolic;
+  if (boundary.kind == BoundaryKind::outflow) face.kind = FaceKind::outflow;
   if (boundary.kind == BoundaryKind::pressure) {
     face.kind = FaceKind::pressure;
     face.excess_density_lu = units.excess_density_lu(boundary.pressure_Pa);
@@ -57,8 +59,7 @@ std::optional<std::int64_t> Domain::image(int axis, std::int64_t index) const {
       return wrapped(index, cells);
     case FaceKind::mirror:
       return reflected(index, cells);
-    case FaceKind::wall:
-    case FaceKind::pressure:
+    default:
       break;
   }
   return std::nullopt;
@@ -82,6 +83,20 @@ int Domain::mirrored(int alpha, const Cell& cell) const {
   return alpha;
 }
 
+Eigen::Vector3d Domain::wall_velocity(int axis, bool high, const Cell& cell) const {
+  const Face& own = face(axis, high);
+  double share = 1.0;
+  for (int across = 0; across < 3 && own.is_parabolic; ++across) {
+    const bool walls[] = {face(across, false).kind == FaceKind::wall, face(across, true).kind == FaceKind::wall};
+    if (across == axis || (!walls[0] && !walls[1])) continue;
+    double s = (static_cast<double>(cell[across]) + 0.5) / static_cast<double>(cells_[across]);
+    if (!walls[0]) s = 0.5 * (1.0 + s);  // the other half lies beyond the mirror
+    if (!walls[1]) s *= 0.5;
+    share *= 4.0 * s * (1.0 - s);
+  }
+  return share * own.velocity_lu;
+}
+
 LinkToBody Domain::link_to_body(const Eigen::Vector3d& position_lu, const Cell& cell, int direction) const {
   LinkToBody link{from_position(position_lu, cell), direction};
   for (int axis = 0; axis < 3; ++axis) {
@@ -100,24 +115,30 @@ LinkToBody Domain::link_to_body(const Eigen::Vector3d& position_lu, const Cell& 
 GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction) {
   using Kind = GhostSource::Kind;
   GhostSource source{.cell = ghost, .direction = direction};
+  FaceKind strongest = FaceKind::periodic;
+  const auto& e = d3q19::e[direction];
+  const Cell entered = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t cells = domain.cells()[axis];
     if (ghost[axis] >= 0 && ghost[axis] < cells) continue;
-    const Face& face = domain.face(axis, ghost[axis] >= cells);
+    const bool high = ghost[axis] >= cells;
+    const Face& face = domain.face(axis, high);
     if (face.kind == FaceKind::wall) {
       source.kind = Kind::wall;
-      source.addition += moving_wall_addition(direction, face.velocity_lu);
-    } else if (face.kind == FaceKind::pressure) {
-      if (source.kind == Kind::image) source.kind = Kind::pressure;
-      source.excess_density = face.excess_density_lu;
+      source.addition += moving_wall_addition(direction, domain.wall_velocity(axis, high, entered));
+    } else if (face.is_open()) {
+      if (source.kind == Kind::image) source.kind = Kind::open;
+      if (face.kind < strongest) continue;
+      strongest = face.kind;
+      source.axis = axis;
+      source.high = high;
     } else {
       source.cell[axis] = *domain.image(axis, ghost[axis]);
       if (face.kind == FaceKind::mirror) source.direction = d3q19::mirrored(source.direction, axis);
     }
   }
   if (source.kind == Kind::image) return source;
-  const auto& e = d3q19::e[direction];
-  source.cell = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};
+  source.cell = entered;
   source.direction = d3q19::opposite(direction);
   return source;
 }

@@ -53,18 +53,22 @@ struct WholeBody {
   }
 };
 
-/// What lies beyond a face of the computed domain; walls and open faces have their own file.
+/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins.
 enum class FaceKind {
   periodic,
   mirror,    ///< symmetry plane or free slip
-  wall,      ///< wall.hpp: at rest or moving, in any direction
-  pressure,  ///< wall.hpp: open, at a given density
+  outflow,   ///< open_faces.hpp: fluid and sound leave
+  pressure,  ///< open_faces.hpp: open, at a given density
+  wall,      ///< wall.hpp: at rest or moving, or with fluid that comes in
 };
 
 struct Face {
   FaceKind kind = FaceKind::wall;
   Eigen::Vector3d velocity_lu = Eigen::Vector3d::Zero();
   double excess_density_lu = 0.0;
+  bool is_parabolic = false;
+
+  [[nodiscard]] bool is_open() const { return kind == FaceKind::outflow || kind == FaceKind::pressure; }
 };
 
 /// Place of a face in arrays of six: x low, x high, y low, …
@@ -92,6 +96,8 @@ class Domain {
   [[nodiscard]] bool has_mirror(int axis) const {
     return face(axis, false).kind == FaceKind::mirror || face(axis, true).kind == FaceKind::mirror;
   }
+  /// Of a wall, or of the fluid that comes in, in front of this cell.
+  [[nodiscard]] Eigen::Vector3d wall_velocity(int axis, bool high, const Cell& cell) const;
   /// How far moving bodies may reach beyond a face, where contacts hold them.
   [[nodiscard]] double wall_overlap_lu() const { return wall_overlap_lu_; }
   /// Whether a body with its centre there lies on the symmetry plane normal to `axis`, which shows half of
@@ -165,17 +171,17 @@ inline std::uint32_t Domain::links_to_images(const Eigen::Vector3d& position_lu,
 /// Where the population comes from that leaves ghost cell g in direction α towards the domain.
 struct GhostSource {
   enum class Kind {
-    image,     ///< another cell, or the mirror image of one
-    wall,      ///< the entered cell itself, bounced back
-    pressure,  ///< the same, replaced by what an open face lets in
+    image,  ///< another cell, or the mirror image of one
+    wall,   ///< the entered cell itself, bounced back
+    open,   ///< the same, replaced by what an open face lets in
   } kind = Kind::image;
-  Cell cell{};                  ///< a cell of the computed domain, perhaps of another block
-  int direction = 0;            ///< f̃ of that cell in this direction …
-  double addition = 0.0;        ///< … plus this, at moving walls
-  double excess_density = 0.0;  ///< of an open face
+  Cell cell{};            ///< a cell of the computed domain, perhaps of another block
+  int direction = 0;      ///< f̃ of that cell in this direction …
+  double addition = 0.0;  ///< … plus this, at moving walls
+  int axis = 0;           ///< of the open face
+  bool high = false;      ///< of the open face
 };
 
-/// Where several faces meet in an edge, walls win over open faces, and both over all others.
 /// @param ghost      cell outside the domain or the block, at most by one
 /// @param direction  α such that ghost + e_α is in the domain
 GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction);

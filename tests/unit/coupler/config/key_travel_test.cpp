@@ -48,6 +48,8 @@ const Travels fluid_travels{
     {"boundaries.kind", {"fluid.boundaries.x=no_slip"}},
     {"boundaries.velocity_m_per_s", {"fluid.boundaries.y={velocity_m_per_s: [0, 0, 0.4]}"}},
     {"boundaries.pressure_Pa", {"fluid.boundaries.z={low: {pressure_Pa: 2}, high: {pressure_Pa: 1}}"}},
+    {"boundaries.parabolic",
+     {"fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], profile: parabolic}, high: {outflow: {}}}"}},
     {"symmetry_planes", {"fluid.symmetry_planes=[]"}},
     {"body_force_N_per_m3", {"fluid.body_force_N_per_m3=[0, 0, 0.5]"}},
     {"initial_flow.kind", {"fluid.initial_flow={kind: rest}"}},

@@ -70,6 +70,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
      {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::velocity; }, "boundary:velocity"}},
     {"boundaries.pressure_Pa",
      {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::pressure; }, "boundary:pressure"}},
+    {"boundaries.parabolic", {[](FluidSetup& s) { s.boundaries[0].parabolic = true; }, "profile:parabolic"}},
     {"no_slip_plane", {[](FluidSetup& s) { s.kind = FluidKind::stokes, s.no_slip_plane = 4; }, "no_slip_plane"}},
     {"symmetry_planes", {[](FluidSetup& s) { s.symmetry_planes[1] = true; }, "symmetry_planes"}},
     {"body_force_N_per_m3", {[](FluidSetup& s) { s.body_force_N_per_m3.z() = 1.0; }, "body_force"}},

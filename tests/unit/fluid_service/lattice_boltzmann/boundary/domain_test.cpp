@@ -103,7 +103,7 @@ TEST(GhostSource, WallWinsInAnEdgeWithAPeriodicFace) {
 TEST(GhostSource, OpenFaceReplacesThePopulationThatLeaves) {
   const GhostSource source =
       ghost_source(domain_of(box_of(pressure, wall, wall)), {-1, 3, 3}, d3q19::index_of({1, 0, 0}));
-  EXPECT_EQ(source.kind, GhostSource::Kind::pressure);
+  EXPECT_EQ(source.kind, GhostSource::Kind::open);
   EXPECT_EQ(source.cell, (Cell{0, 3, 3}));
 }
 

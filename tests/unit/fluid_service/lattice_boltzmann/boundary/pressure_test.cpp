@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "lattice_boltzmann/boundary/open_faces.hpp"
 #include "lattice_boltzmann/boundary/wall.hpp"
 
 namespace copepod::fluid {
@@ -44,7 +45,7 @@ struct OpenEnds {
   Domain domain{setup, units};
   PopulationLayout layout{domain.box(), sizeof(double), origin_rule(domain, domain.box())};
   std::vector<double> populations = std::vector<double>(static_cast<std::size_t>(layout.values()));
-  PressureFaces pressure;
+  OpenFaces pressure;
 };
 
 TEST(PressureFace, LetsNothingIntoFluidAtRestBesideASlidingWall) {
@@ -71,7 +72,7 @@ TEST(PressureFace, NeedsTwoLayersOfCellsOfARank) {
   const Domain domain(setup, units);
   const auto faces_of = [&](const Box& block) {
     const PopulationLayout layout(block, sizeof(double), origin_rule(domain, block));
-    return PressureFaces(domain, layout);
+    return OpenFaces(domain, layout);
   };
   EXPECT_THROW(faces_of({{0, 0, 0}, {3, 6, 1}}), CaseError);
   EXPECT_FALSE(faces_of({{0, 0, 0}, {3, 6, 2}}).empty());
@@ -87,7 +88,7 @@ TEST(PressureFace, DoesNotContinueWhatBodiesCover) {
   ends.leaving(cell, aslant) = 0.02;
   const auto entering = [&](bool is_solid) {
     OpenEnds each = ends;
-    PressureFaces faces(each.domain, each.layout);
+    OpenFaces faces(each.domain, each.layout);
     faces.apply(each.populations.data(), Placement::home, [is_solid](std::int64_t) { return is_solid; });
     return each
         .populations[static_cast<std::size_t>(each.layout.entry(each.layout.site(cell), aslant, Placement::home))];

@@ -1,0 +1,103 @@
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "flow_case.hpp"
+
+namespace copepod::fluid::validation {
+namespace {
+
+constexpr double c_s = 0.57735026918962576;
+
+/// Largest |ρ − 1| of what came back, over that of a wave of sound that left a stream through the high face of z.
+/// @param width  of the wave, exp(−z²/width²)
+template <class T>
+double reflected(BoundaryKind face, double viscosity, double width, double speed) {
+  constexpr int length = 200;
+  constexpr double amplitude = 1e-3;
+  FluidSetup setup = lattice_unit_setup({4, 4, length}, viscosity, BoundaryKind::periodic);
+  setup.boundaries[4] = {BoundaryKind::velocity, {0, 0, speed}};
+  setup.boundaries[5].kind = face;
+  FlowCase<T> flow(setup);
+  flow.solver().initialise([&](const Cell& cell) {
+    const double z = (static_cast<double>(cell[2]) + 0.5 - 0.75 * length) / width;
+    LocalFlow local;
+    local.excess_density = amplitude * std::exp(-z * z);
+    local.velocity = {0, 0, c_s * local.excess_density + speed};
+    return local;
+  });
+  flow.run(static_cast<int>(0.5 * length / (c_s + speed)));
+  double largest = 0.0;
+  for (const double density : flow.solver().fields().density_kg_per_m3)
+    largest = std::max(largest, std::abs(density - 1.0));
+  return largest / amplitude;
+}
+
+// What comes back of a wide wave is due to the weak pull towards the density at rest: less than 1 % up to a tenth of
+// the domain. A pressure face sends all of it back, apart from what the viscosity takes.
+TEST(Outflow, SendsBackLessThanAHundredthOfAWaveOfSound) {
+  for (const double speed : {0.0, 0.05}) {
+    for (const double viscosity : {1.0 / 600.0, 1.0 / 30.0}) {
+      for (const double width : {5.0, 10.0, 20.0}) {
+        EXPECT_LT(reflected<double>(BoundaryKind::outflow, viscosity, width, speed), 0.01) << width;
+        EXPECT_GT(reflected<double>(BoundaryKind::pressure, viscosity, width, speed), 0.6) << width;
+      }
+    }
+  }
+  EXPECT_LT(reflected<float>(BoundaryKind::outflow, 1.0 / 30.0, 10.0, 0.05), 0.01);
+}
+
+/// The steady flow in a slit, along an axis, up or down, between walls normal to the next axis; as it comes in.
+template <class T>
+FieldBlock slit(int axis, bool down) {
+  constexpr int width = 12, length = 30;
+  const int across = (axis + 1) % 3;
+  Cell cells{4, 4, 4};
+  cells[axis] = length;
+  cells[across] = width;
+  FluidSetup setup = lattice_unit_setup(cells, 1.0 / 18.0, BoundaryKind::periodic);
+  set_axis(setup, across, BoundaryKind::no_slip);
+  Boundary inflow{.kind = BoundaryKind::velocity, .parabolic = true};
+  inflow.velocity_m_per_s[axis] = down ? -1e-3 : 1e-3;
+  setup.boundaries[face_index(axis, down)] = inflow;
+  setup.boundaries[face_index(axis, !down)].kind = BoundaryKind::outflow;
+  FlowCase<T> flow(setup);
+  flow.run(12000);
+  return flow.solver().fields();
+}
+
+/// Velocity along the flow, `along` cells from the inflow and `across` from a wall.
+double speed_at(const FieldBlock& fields, int axis, bool down, int along, int across) {
+  Cell cell{1, 1, 1};
+  cell[axis] = down ? 29 - along : along;
+  cell[(axis + 1) % 3] = across;
+  const std::size_t place = 3 * field_index(fields, cell[0], cell[1], cell[2]) + static_cast<std::size_t>(axis);
+  return fields.velocity_m_per_s[place] * (down ? -1.0 : 1.0);
+}
+
+// The profile is that of the flow between walls, so that it stays the same from the inflow to the outflow, along every
+// axis, apart from 2 % in the corners of the inflow. The density falls on the way, by 3e-4 in all, and is the one at
+// rest at the outflow.
+TEST(Inflow, OfAParabolaIsTheFlowBetweenWallsUpToTheOutflow) {
+  for (const int axis : {0, 1, 2}) {
+    for (const bool down : {false, true}) {
+      const FieldBlock fields = slit<double>(axis, down);
+      for (const int along : {6, 14, 29}) {
+        for (int across = 0; across < 12; ++across) {
+          const double s = (across + 0.5) / 12.0;
+          EXPECT_NEAR(speed_at(fields, axis, down, along, across), 4e-3 * s * (1.0 - s), 6e-6)
+              << "axis " << axis << ", " << along << " along, " << across << " across";
+        }
+      }
+      Cell last{1, 5, 5};
+      last = {axis == 0 ? (down ? 0 : 29) : 1, axis == 1 ? (down ? 0 : 29) : 1, axis == 2 ? (down ? 0 : 29) : 1};
+      EXPECT_NEAR(fields.density_kg_per_m3[field_index(fields, last[0], last[1], last[2])], 1.0, 3e-5);
+    }
+  }
+  const FieldBlock coarse = slit<float>(0, false);
+  EXPECT_NEAR(speed_at(coarse, 0, false, 29, 5), 4e-3 * (5.5 / 12.0) * (6.5 / 12.0), 1e-5);
+}
+
+}  // namespace
+}  // namespace copepod::fluid::validation
