@@ -187,8 +187,11 @@ void LatticeBoltzmann<T>::advance() {
     received = true;
   }
   // Before walls: it needs the moments of populations that no wall has changed.
-  open_faces_.apply(populations_.data(), placement_,
-                    [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; });
+  if (setup_.bodies.empty())
+    open_faces_.apply(populations_.data(), placement_, [](std::int64_t) { return false; });
+  else
+    open_faces_.apply(populations_.data(), placement_,
+                      [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; });
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update(halo_.interior());

@@ -159,7 +159,9 @@ class _Draw:
         return {"low": self._face(axis), "high": self._face(axis)}
 
     def _stream(self, axis):
-        velocity = self.speed(self.vector(0.02))
+        velocity = self.vector(0.02)
+        velocity[axis] = self.rng.choice([-1, 1]) * self.uniform(0.002, 0.02)
+        velocity = self.speed(velocity)
         inflow = {"velocity_m_per_s": list(velocity), "profile": self.rng.choice(["uniform", "parabolic"])}
         return dict(zip(self.rng.choice([("low", "high"), ("high", "low")]), (inflow, "outflow")))
 

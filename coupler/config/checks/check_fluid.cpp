@@ -29,6 +29,10 @@ void check_open_faces(const FluidCase& fluid, Problems& problems) {
     const Boundary& boundary = fluid.boundaries[face];
     has_opening = has_opening || boundary.kind == BoundaryKind::pressure || boundary.kind == BoundaryKind::outflow;
     if (boundary.lets_in(face)) inflow = face;
+    const double reynolds = boundary.velocity_m_per_s.norm() * fluid.cell_size_m / fluid.kinematic_viscosity_m2_per_s;
+    if (boundary.lets_in(face) && reynolds > 8.0)
+      problems.warn(face_path(face), "lets fluid in at a Reynolds number of " + rounded_text(reynolds) +
+                                         " per cell (streams diverge above about 10). Use smaller cells.");
     if (boundary.parabolic && !boundary.lets_in(face))
       problems.reject(face_path(face),
                       "has profile: parabolic and no velocity through the face (a wall moves as a whole). Give "

@@ -83,13 +83,14 @@ int Domain::mirrored(int alpha, const Cell& cell) const {
   return alpha;
 }
 
-Eigen::Vector3d Domain::wall_velocity(int axis, bool high, const Cell& cell) const {
+Eigen::Vector3d Domain::wall_velocity(int axis, bool high, const Cell& ghost, int direction) const {
   const Face& own = face(axis, high);
   double share = 1.0;
   for (int across = 0; across < 3 && own.is_parabolic; ++across) {
     const bool walls[] = {face(across, false).kind == FaceKind::wall, face(across, true).kind == FaceKind::wall};
     if (across == axis || (!walls[0] && !walls[1])) continue;
-    double s = (static_cast<double>(cell[across]) + 0.5) / static_cast<double>(cells_[across]);
+    const double place = static_cast<double>(ghost[across]) + 0.5 + 0.5 * d3q19::e[direction][across];
+    double s = place / static_cast<double>(cells_[across]);
     if (!walls[0]) s = 0.5 * (1.0 + s);  // the other half lies beyond the mirror
     if (!walls[1]) s *= 0.5;
     share *= 4.0 * s * (1.0 - s);
@@ -116,8 +117,6 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
   using Kind = GhostSource::Kind;
   GhostSource source{.cell = ghost, .direction = direction};
   FaceKind strongest = FaceKind::periodic;
-  const auto& e = d3q19::e[direction];
-  const Cell entered = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t cells = domain.cells()[axis];
     if (ghost[axis] >= 0 && ghost[axis] < cells) continue;
@@ -125,7 +124,7 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
     const Face& face = domain.face(axis, high);
     if (face.kind == FaceKind::wall) {
       source.kind = Kind::wall;
-      source.addition += moving_wall_addition(direction, domain.wall_velocity(axis, high, entered));
+      source.addition += moving_wall_addition(direction, domain.wall_velocity(axis, high, ghost, direction));
     } else if (face.is_open()) {
       if (source.kind == Kind::image) source.kind = Kind::open;
       if (face.kind < strongest) continue;
@@ -138,7 +137,8 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
     }
   }
   if (source.kind == Kind::image) return source;
-  source.cell = entered;
+  const auto& e = d3q19::e[direction];
+  source.cell = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};
   source.direction = d3q19::opposite(direction);
   return source;
 }

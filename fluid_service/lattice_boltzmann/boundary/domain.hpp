@@ -96,8 +96,8 @@ class Domain {
   [[nodiscard]] bool has_mirror(int axis) const {
     return face(axis, false).kind == FaceKind::mirror || face(axis, true).kind == FaceKind::mirror;
   }
-  /// Of a wall, or of the fluid that comes in, in front of this cell.
-  [[nodiscard]] Eigen::Vector3d wall_velocity(int axis, bool high, const Cell& cell) const;
+  /// Of a wall, or of the fluid that comes in, where the link from `ghost` in this direction meets the face.
+  [[nodiscard]] Eigen::Vector3d wall_velocity(int axis, bool high, const Cell& ghost, int direction) const;
   /// How far moving bodies may reach beyond a face, where contacts hold them.
   [[nodiscard]] double wall_overlap_lu() const { return wall_overlap_lu_; }
   /// Whether a body with its centre there lies on the symmetry plane normal to `axis`, which shows half of

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -52,17 +54,24 @@ class OpenFaces {
  public:
   /// @throws CaseError if the block is too thin
   OpenFaces(const Domain& domain, const PopulationLayout& layout) : layout_(layout) {
-    std::map<std::int64_t, std::size_t> places;
+    std::map<std::int64_t, std::pair<OpenCell, std::vector<Link>>> by_place;
     for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
       if (domain.box().contains(ghost)) return;
       const GhostSource source = ghost_source(domain, ghost, direction);
       if (source.kind != GhostSource::Kind::open) return;
-      const auto [place, is_new] = places.try_emplace(layout.cell(source.cell), cells_.size());
-      if (is_new) cells_.push_back({.site = layout.site(source.cell)});
-      OpenCell& cell = cells_[place->second];
-      cell.links.push_back(make_link(domain, ghost, source, direction));
-      if (cell.links.back().kind == FaceKind::outflow && cell.length == 0.0) set_outflow(domain, source, cell);
+      auto& [cell, links] = by_place[layout.cell(source.cell)];
+      cell.site = layout.site(source.cell);
+      cell.through_faces |= 1U << direction;
+      links.push_back(make_link(domain, ghost, source, direction));
+      if (links.back().kind == FaceKind::outflow && cell.length == 0.0) set_outflow(domain, source, cell);
     });
+    for (auto& [place, cell_and_links] : by_place) {
+      auto& [cell, links] = cell_and_links;
+      cell.first_link = links_.size();
+      cell.links = links.size();
+      cells_.push_back(cell);
+      links_.insert(links_.end(), links.begin(), links.end());
+    }
   }
 
   [[nodiscard]] bool empty() const { return cells_.empty(); }
@@ -72,11 +81,16 @@ class OpenFaces {
   /// @param is_solid     whether a body covers a cell of the layout
   template <class T, class IsSolid>
   void apply(T* populations, Placement placement, const IsSolid& is_solid) {
+    constexpr std::size_t ahead = 8;  // a face normal to z has one cell in a cache line
     entering_.clear();
-    for (const OpenCell& cell : cells_) {
+    for (std::size_t place = 0; place < cells_.size(); ++place) {
+      if (place + ahead < cells_.size())
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          __builtin_prefetch(populations + layout_.location(cells_[place + ahead].site, alpha, placement));
+      const OpenCell& cell = cells_[place];
       const Moments<double> of_cell = moments(layout_.gather(populations, cell.site, placement));
       Populations entering{}, added{};
-      for (const Link& link : cell.links) {
+      for (const Link& link : links_of(cell)) {
         const auto i = static_cast<std::size_t>(link.direction);
         const bool continues = link.beside != 0 && !is_solid(link.beside);
         entering[i] = populations[continues ? link.enters[static_cast<std::size_t>(placement)]
@@ -87,14 +101,14 @@ class OpenFaces {
       }
       const double change =
           cell.length > 0.0 ? outflow_change(cell, of_cell, entering, added, populations, placement, is_solid) : 0.0;
-      for (const Link& link : cell.links) {
+      for (const Link& link : links_of(cell)) {
         const auto i = static_cast<std::size_t>(link.direction);
         entering_.push_back(entering[i] + added[i] * change);
       }
     }
     auto entering = entering_.begin();
     for (const OpenCell& cell : cells_)
-      for (const Link& link : cell.links)
+      for (const Link& link : links_of(cell))
         populations[layout_.entry(cell.site, link.direction, placement)] = static_cast<T>(*entering++);
   }
 
@@ -107,15 +121,22 @@ class OpenFaces {
     std::int64_t beside = 0;               ///< index of x_f + e_t; 0: unknown, x_f takes its place
   };
   struct OpenCell {
-    Site site{};  ///< x_f
-    std::vector<Link> links{};
+    Site site;  ///< x_f
+    std::size_t first_link = 0;
+    std::size_t links = 0;
     // At an outflow:
-    double length = 0.0;       ///< L; 0: not at one
-    int axis = 0;              ///< of n
-    bool high = false;         ///< n points up
-    Site inner{};              ///< x_f − n
-    Populations from_walls{};  ///< what moving walls add
+    double length = 0.0;              ///< L; 0: not at one
+    int axis = 0;                     ///< of n
+    bool high = false;                ///< n points up
+    Site inner;                       ///< x_f − n
+    bool beside_walls = false;        ///< that move
+    Populations from_walls{};         ///< what they add
+    std::uint32_t through_faces = 0;  ///< bit α set: a link
   };
+
+  [[nodiscard]] std::span<const Link> links_of(const OpenCell& cell) const {
+    return std::span(links_).subspan(cell.first_link, cell.links);
+  }
 
   [[nodiscard]] Link make_link(const Domain& domain, const Cell& ghost, const GhostSource& source,
                                int direction) const {
@@ -150,7 +171,9 @@ class OpenFaces {
     for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
       const auto& e = d3q19::e[alpha];
       const Cell ghost = {source.cell[0] - e[0], source.cell[1] - e[1], source.cell[2] - e[2]};
-      cell.from_walls[static_cast<std::size_t>(alpha)] = ghost_source(domain, ghost, alpha).addition;
+      const double addition = ghost_source(domain, ghost, alpha).addition;
+      cell.from_walls[static_cast<std::size_t>(alpha)] = addition;
+      cell.beside_walls = cell.beside_walls || addition != 0.0;
     }
   }
 
@@ -164,20 +187,22 @@ class OpenFaces {
   [[nodiscard]] double outflow_change(const OpenCell& cell, const Moments<double>& of_cell, Populations arriving,
                                       const Populations& added, const T* populations, Placement placement,
                                       const IsSolid& is_solid) const {
-    std::uint32_t through_face = 0;
-    for (const Link& link : cell.links) through_face |= 1U << link.direction;
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       if (is_solid(cell.site.index + layout_.neighbour(alpha))) return 0.0;  // what a body sends back is not there yet
+    const PopulationLayout::Locations& enters = layout_.locations(cell.site.faces, other(placement));
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+      if ((cell.through_faces >> alpha & 1U) != 0) continue;
       const auto i = static_cast<std::size_t>(alpha);
-      if ((through_face >> alpha & 1U) == 0)
-        arriving[i] = populations[layout_.entry(cell.site, alpha, placement)] + cell.from_walls[i];
+      arriving[i] = populations[cell.site.index + enters[static_cast<std::size_t>(d3q19::opposite(alpha))]];
+      if (cell.beside_walls) arriving[i] += cell.from_walls[i];
     }
     return change_at_outflow(of_cell, moments(layout_.gather(populations, cell.inner, placement)), moments(arriving),
                              moments(added), cell.axis, cell.high, cell.length);
   }
 
   const PopulationLayout& layout_;
-  std::vector<OpenCell> cells_;
+  std::vector<OpenCell> cells_;  ///< as they lie in memory
+  std::vector<Link> links_;
   std::vector<double> entering_;
 };
 
