@@ -121,10 +121,6 @@ std::span<const std::byte> ServedFluid::exchange(Work work, const conversion::De
   return encoder.encode(header, loads_);
 }
 
-void ServedFluid::follow_up(Work work) {
-  if (work == Work::compute_loads) solver_->advance();
-}
-
 session::Configured ServedBody::configured(const BodySetup& setup) {
   actuators_ = static_cast<Eigen::Index>(setup.actuators.size());
   session::Configured configured{solver_->driving_nodes()};

@@ -64,7 +64,9 @@ class ServedFluid final : public Served<FluidSetup, FluidSolver> {
  public:
   using Served::Served;
   [[nodiscard]] session::Role role() const override { return session::Role::fluid; }
-  void follow_up(session::Work work) override;
+  void follow_up(session::Work work) override {
+    if (work == session::Work::compute_loads) solver_->advance();
+  }
 
  private:
   session::Configured configured(const FluidSetup& setup) override;

@@ -229,8 +229,4 @@ void Server::fail(const FailureReport& report) {
   if (!stopping && has_session) send(handshake_.encode(header(0), report));
 }
 
-Header Server::header(std::uint64_t sequence) const {
-  return {.session_id = session_.session_id, .epoch = session_.epoch, .sequence = sequence};
-}
-
 }  // namespace copepod::component

@@ -39,7 +39,9 @@ class Server {
   void give_up(ExitCode code, const char* reason);
   void fail(const FailureReport& report);
   [[nodiscard]] FailureReport report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const;
-  [[nodiscard]] session::Header header(std::uint64_t sequence) const;
+  [[nodiscard]] session::Header header(std::uint64_t sequence) const {
+    return {.session_id = session_.session_id, .epoch = session_.epoch, .sequence = sequence};
+  }
 
   transport::Dealer& dealer_;
   ServedSolver& solver_;

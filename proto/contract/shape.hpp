@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <numbers>
 #include <utility>
 #include <vector>
 

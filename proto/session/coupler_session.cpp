@@ -41,31 +41,23 @@ bool same_token(const std::string& a, const std::string& b) {
 bool is_entitled(const std::string& identity, Role role) { return identity.empty() || identity == name_of(role); }
 
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation) {
-  const std::string who = "The " + std::string(name_of(hello.role)) + " component on " + hello.host;
-  if (!same_token(hello.session_token, expectation.session_token)) {
-    return {std::nullopt,
-            who + " was refused (its session token is not that of this run). Start it with the --session of this run.",
-            true};
-  }
-  if (!is_entitled(expectation.identity, hello.role)) {
-    return {std::nullopt,
-            who + " was refused (it holds the key of the " + expectation.identity +
-                " component). Give it the key file of its own role.",
-            false};
-  }
+  const std::string role(name_of(hello.role));
+  const auto refused = [&](const std::string& why, bool is_stranger) -> HelloVerdict {
+    return {std::nullopt, "The " + role + " component on " + hello.host + " was refused " + why, is_stranger};
+  };
+  if (!same_token(hello.session_token, expectation.session_token))
+    return refused("(its session token is not that of this run). Start it with the --session of this run.", true);
+  if (!is_entitled(expectation.identity, hello.role))
+    return refused(
+        "(it holds the key of the " + expectation.identity + " component). Give it the key file of its own role.",
+        false);
   const auto minor = negotiate(expectation.versions, hello.versions);
-  if (!minor) {
-    return {std::nullopt,
-            who + " was refused (it supports protocol " + to_text(hello.versions) + ", the coupler " +
-                to_text(expectation.versions) + "). Build both from the same release.",
-            false};
-  }
-  if (expectation.role_taken) {
-    return {std::nullopt,
-            who + " was refused (a " + std::string(name_of(hello.role)) +
-                " component already takes part). Start one component per role.",
-            true};
-  }
+  if (!minor)
+    return refused("(it supports protocol " + to_text(hello.versions) + ", the coupler " +
+                       to_text(expectation.versions) + "). Build both from the same release.",
+                   false);
+  if (expectation.role_taken)
+    return refused("(a " + role + " component already takes part). Start one component per role.", true);
   return {minor, {}, false};
 }
 
@@ -104,6 +96,7 @@ CouplerSession ask_again(CouplerSession session) {
 }
 
 Heard hear(const CouplerSession& session, MessageKind kind, const Header& header) {
+  const auto refused = [&](const std::string& what) -> Heard { return {session, Heard::Kind::refuse, what}; };
   if (header.session_id != session.session_id || header.epoch != session.epoch) {
     return {session, Heard::Kind::stale, {}};
   }
@@ -113,22 +106,16 @@ Heard hear(const CouplerSession& session, MessageKind kind, const Header& header
     failed.request = MessageKind::none;
     return {failed, Heard::Kind::failure, {}};
   }
-  if (has_wrong_sequence(session, kind, header)) {
-    return {session, Heard::Kind::refuse,
-            "it sent " + text_of(kind, header.step) + " with sequence number " + std::to_string(header.sequence) +
-                ", that of the request is " + std::to_string(session.sequence)};
-  }
+  if (has_wrong_sequence(session, kind, header))
+    return refused("it sent " + text_of(kind, header.step) + " with sequence number " +
+                   std::to_string(header.sequence) + ", that of the request is " + std::to_string(session.sequence));
   if (!session.waits() || header.sequence != session.sequence) return {session, Heard::Kind::stale, {}};
-  if (kind != session.expected_reply) {
-    return {session, Heard::Kind::refuse,
-            "it answered " + std::string(name_of(session.request)) + " with " + std::string(name_of(kind)) + ", " +
-                std::string(name_of(session.expected_reply)) + " was due"};
-  }
-  if (header.step != due_step(session)) {
-    return {session, Heard::Kind::refuse,
-            "it answered " + text_of(session.request, session.step) + " with " + text_of(kind, header.step) +
-                ", step " + std::to_string(due_step(session)) + " was due"};
-  }
+  if (kind != session.expected_reply)
+    return refused("it answered " + std::string(name_of(session.request)) + " with " + std::string(name_of(kind)) +
+                   ", " + std::string(name_of(session.expected_reply)) + " was due");
+  if (header.step != due_step(session))
+    return refused("it answered " + text_of(session.request, session.step) + " with " + text_of(kind, header.step) +
+                   ", step " + std::to_string(due_step(session)) + " was due");
   CouplerSession next = session;
   next.state = next_state(*find_transition(session.role, session.state, session.request), session.state);
   const bool busy = next.state == State::stepping || next.state == State::checkpointing;

@@ -30,7 +30,6 @@ std::string as_bytes(const std::string& z85_key) {
 }
 
 constexpr std::chrono::milliseconds kLook{500};
-constexpr std::size_t kMostRemarks = 64;  ///< that wait to be read
 constexpr std::chrono::seconds kStalledAfter{3};
 
 /// Address of the other end: "10.0.0.7:4711", or what there is instead.
@@ -60,10 +59,6 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& wat
   socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(wait.count()));
   socket_.connect(address);
 }
-
-ConnectionMonitor::~ConnectionMonitor() { stop(); }
-
-void ConnectionMonitor::stop() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
 
 ConnectionMonitor::Event ConnectionMonitor::next(int& descriptor) {
   // Frame 1: event (16 bits), value (32 bits); frame 2: address [zmq_socket_monitor(3)].
@@ -203,10 +198,6 @@ void Connections::note_stalled() {
     keep("A connection from " + address_of(descriptor) +
          " has not sent a message (another program, or a component that hangs).");
   }
-}
-
-void Connections::keep(std::string remark) {
-  if (remarks_.size() < kMostRemarks) remarks_.push_back(std::move(remark));
 }
 
 }  // namespace copepod::transport

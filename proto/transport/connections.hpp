@@ -25,10 +25,10 @@ class ConnectionMonitor {
   /// @param wait  of next(), at most
   ConnectionMonitor(zmq::context_t& context, zmq::socket_t& watched, const std::string& name,
                     std::chrono::milliseconds wait = {});
-  ~ConnectionMonitor();
+  ~ConnectionMonitor() { stop(); }
 
   /// Ends it, and a wait of another thread in next(); by the thread that uses the watched socket, before that closes.
-  void stop();
+  void stop() { zmq_socket_monitor(watched_.handle(), nullptr, 0); }
 
   /// The next event; none if there was none in time, stopped after stop().
   /// @param descriptor  of the connection it is about
@@ -61,7 +61,8 @@ class Authenticator {
 /// message has come, the oldest first; then the one that has been silent for longest.
 class Connections {
  public:
-  static constexpr std::size_t kMost = 64;  ///< a run needs four
+  static constexpr std::size_t kMost = 64;         ///< a run needs four
+  static constexpr std::size_t kMostRemarks = 64;  ///< that wait to be read
 
   /// @param context  of `watched`
   Connections(zmq::context_t& context, zmq::socket_t& watched);
@@ -90,7 +91,9 @@ class Connections {
   void closed(int descriptor);
   void close_one();
   void note_stalled();
-  void keep(std::string remark);
+  void keep(std::string remark) {
+    if (remarks_.size() < kMostRemarks) remarks_.push_back(std::move(remark));
+  }
 
   ConnectionMonitor monitor_;
   std::mutex mutex_;                    ///< of what follows

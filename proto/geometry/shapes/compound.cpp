@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "geometry/rotation.hpp"
 #include "geometry/shapes/solid.hpp"
