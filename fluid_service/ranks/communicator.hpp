@@ -5,10 +5,8 @@
 #include <cstdint>
 #include <ctime>
 #include <functional>
-#include <memory>
 #include <sched.h>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "contract/errors.hpp"

@@ -44,8 +44,6 @@ HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks, const SolverContext& context) : c
   if (rank != 0) thread_ = std::thread([this] { beat(); });
 }
 
-HeartbeatBoard::~HeartbeatBoard() { stop_beating(); }
-
 void HeartbeatBoard::free() {
   stop_beating();
   MPI_Win_free(&window_);

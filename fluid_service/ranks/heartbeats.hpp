@@ -74,7 +74,7 @@ class HeartbeatBoard {
   /// @param context  whose progress the thread shows; outlives this object
   HeartbeatBoard(MPI_Comm ranks, const SolverContext& context);
   /// Ends the thread; leaves the memory to the end of the process unless `free` was called.
-  ~HeartbeatBoard();
+  ~HeartbeatBoard() { stop_beating(); }
 
   /// Collective: gives the memory back; the last call.
   void free();

@@ -51,15 +51,6 @@ MPI_Comm duplicate_of_world() {
 constexpr unsigned rank_0_reports_s = 10;  ///< time for rank 0 to report a failure to the coupler
 constexpr unsigned last_resort_s = 15;     ///< a rank that hangs must not keep the others from ending for longer
 
-/// Dies with mpirun: it starts the ranks of its machine itself, and kill -9 leaves it no time to stop them.
-void die_with_parent() {
-  if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr) return;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-}
-
-/// Sleeps of the polled waits last as long as asked for, not up to 50 µs longer.
-void sleep_exactly() { prctl(PR_SET_TIMERSLACK, 1000UL); }
-
 }  // namespace
 
 MpiCommunicator::MpiCommunicator(SolverContext& context)
@@ -74,10 +65,6 @@ MpiCommunicator::~MpiCommunicator() {
   if (heartbeats_) heartbeats_->free();
   MPI_Comm_free(&failures_);
   MPI_Comm_free(&ranks_);
-}
-
-void MpiCommunicator::throw_if_failed() {
-  if (failure_) throw PeerFailed(*failure_);
 }
 
 void MpiCommunicator::look_for_failure() {
@@ -194,9 +181,6 @@ void MpiCommunicator::reduce_to_all(std::span<std::int64_t> values, MPI_Datatype
   });
 }
 
-void MpiCommunicator::sum_to_all(std::span<std::int64_t> values) { reduce_to_all(values, MPI_UINT64_T, MPI_SUM); }
-void MpiCommunicator::max_to_all(std::span<std::int64_t> values) { reduce_to_all(values, MPI_INT64_T, MPI_MAX); }
-
 /// Sends and receives under way; gives them up when it is destroyed unfinished, so that MPI never writes into
 /// buffers that the failing solver has freed.
 class MpiCommunicator::PendingExchange {
@@ -298,9 +282,10 @@ void MpiCommunicator::report_failure(const FailureReport& report) {
 }
 
 MpiSession::MpiSession() : exit_code_(static_cast<int>(ExitCode::solver_failed)) {
-  die_with_parent();
-  sleep_exactly();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
+  // Dies with mpirun: it starts the ranks of its machine itself, and kill -9 leaves it no time to stop them.
+  if (std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr) prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_TIMERSLACK, 1000UL);  // sleeps of the polled waits last as long as asked for, not up to 50 µs longer
+  std::signal(SIGXFSZ, SIG_IGN);     // a file that may not grow is a full disk, not the end
   int provided = 0;
   MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED,
                   &provided);  // errors end the process by MPI's default
@@ -317,13 +302,6 @@ MpiSession::~MpiSession() {
   communicator_.reset();
   MPI_Finalize();
   alarm(0);
-}
-
-Communicator& MpiSession::ranks() { return *communicator_; }
-
-int MpiSession::finish(int code) {
-  exit_code_ = code;
-  return code;
 }
 
 }  // namespace copepod::fluid

@@ -26,8 +26,8 @@ class MpiCommunicator final : public Communicator {
 
   void broadcast(std::span<std::byte> data) override;
   void sum_to_leader(std::span<std::int64_t> values) override;
-  void sum_to_all(std::span<std::int64_t> values) override;
-  void max_to_all(std::span<std::int64_t> values) override;
+  void sum_to_all(std::span<std::int64_t> values) override { reduce_to_all(values, MPI_UINT64_T, MPI_SUM); }
+  void max_to_all(std::span<std::int64_t> values) override { reduce_to_all(values, MPI_INT64_T, MPI_MAX); }
   /// Messages to one peer match that peer's messages to us in the order in which they are listed.
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
   [[nodiscard]] std::function<void()> start_send(int peer, std::span<const std::byte> data) override;
@@ -53,7 +53,9 @@ class MpiCommunicator final : public Communicator {
   /// @throws PeerFailed naming that rank
   void look_at_ranks();
   void stop_waiting();
-  void throw_if_failed();
+  void throw_if_failed() {
+    if (failure_) throw PeerFailed(*failure_);
+  }
 
   MPI_Comm ranks_ = MPI_COMM_NULL;
   MPI_Comm failures_ = MPI_COMM_NULL;  ///< carries failure reports only
@@ -64,24 +66,20 @@ class MpiCommunicator final : public Communicator {
   RankWatch watch_;
 };
 
-class MpiCommunicator;
-
 /// MPI from initialisation to the end of the process; one object per process.
 ///
 /// A rank started by mpirun ends with it, even if mpirun is killed.
 class MpiSession {
  public:
   MpiSession();
-  /// Ends MPI; after a failure, when a collective end could wait for ever, aborts all ranks with
-  /// `exit_code()`.
+  /// Ends MPI; after a failure, when a collective end could wait for ever, aborts all ranks.
   ~MpiSession();
 
-  [[nodiscard]] Communicator& ranks();
+  [[nodiscard]] Communicator& ranks() { return *communicator_; }
 
   /// Exit code with which a failed session aborts. @return `code`, so that main can `return
   /// session.finish(…)`.
-  int finish(int code);
-  [[nodiscard]] int exit_code() const { return exit_code_; }
+  int finish(int code) { return exit_code_ = code; }
 
  private:
   SolverContext context_;

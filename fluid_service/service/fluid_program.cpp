@@ -1,6 +1,5 @@
 #include "service/fluid_program.hpp"
 
-#include <atomic>
 #include <iostream>
 #include <memory>
 #include <unistd.h>
