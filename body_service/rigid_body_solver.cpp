@@ -1,7 +1,6 @@
 #include "rigid_body_solver.hpp"
 
 #include <chrono>
-#include <cmath>
 
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
@@ -107,8 +106,6 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
   substeps_ = static_cast<std::int64_t>(contact_substeps(setup));
 }
 
-std::vector<double> RigidBodySolver::driving_nodes() const { return integrator_->driving_nodes(); }
-
 void RigidBodySolver::kinematics(Kinematics& kinematics) {
   kinematics.step = step_;
   kinematics.resize(state_.bodies());
@@ -213,10 +210,6 @@ void RigidBodySolver::restore(const std::string& path) {
     contacts_->restore(memory);
   else
     overlap_check_.check(state_, step_, team_);
-}
-
-std::vector<std::uint64_t> RigidBodySolver::memory() const {
-  return contacts_ ? contacts_->memory() : std::vector<std::uint64_t>{};
 }
 
 SolverSummary RigidBodySolver::summarise() {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -30,7 +29,7 @@ class RigidBodySolver final : public BodySolver {
   /// @throws CaseError if the setup is not valid, SolverError if bodies overlap at the start
   explicit RigidBodySolver(const BodySetup& setup, SolverContext* context = nullptr);
 
-  [[nodiscard]] std::vector<double> driving_nodes() const override;
+  [[nodiscard]] std::vector<double> driving_nodes() const override { return integrator_->driving_nodes(); }
   void kinematics(Kinematics& kinematics) override;
   void step(const AppliedLoads& applied, Kinematics& next) override;
   void save(const std::string& path) override;
@@ -56,7 +55,9 @@ class RigidBodySolver final : public BodySolver {
   /// @param work  its state is written
   void write(const BodyBlock& block, TimeIntegrator::Work& work, Kinematics& kinematics) const;
   void correct_joints(double at);
-  [[nodiscard]] std::vector<std::uint64_t> memory() const;
+  [[nodiscard]] std::vector<std::uint64_t> memory() const {
+    return contacts_ ? contacts_->memory() : std::vector<std::uint64_t>{};
+  }
 
   SolverContext* context_;
   std::uint64_t layout_digest_;  ///< of the setup: a saved state fits these bodies only

@@ -1,7 +1,5 @@
 #include "integration/time_integrator.hpp"
 
-#include <cmath>
-
 #include "contract/errors.hpp"
 #include "geometry/rotation.hpp"
 #include "model/vector_loops.hpp"
@@ -116,10 +114,6 @@ class RungeKutta4 final : public TimeIntegrator {
 };
 
 }  // namespace
-
-TimeIntegrator::Work::Work(Eigen::Index bodies) : equations(bodies) {
-  for (BlockState* part : {&state, &stage, &rate, &rate_sum}) part->resize(bodies);
-}
 
 std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, const EquationsOfMotion& equations) {
   switch (kind) {

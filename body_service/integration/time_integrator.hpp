@@ -16,7 +16,9 @@ class TimeIntegrator {
   /// Of the block in work; each thread has its own.
   struct Work {
     /// @param bodies  of the longest block
-    explicit Work(Eigen::Index bodies);
+    explicit Work(Eigen::Index bodies) : equations(bodies) {
+      for (BlockState* part : {&state, &stage, &rate, &rate_sum}) part->resize(bodies);
+    }
 
     BlockState state;  ///< of the bodies, column 0 is body block.first
     BlockState stage;

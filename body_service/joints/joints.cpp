@@ -246,6 +246,13 @@ Joints::Reach Joints::reach(const Joint& joint, Eigen::Index first, const State&
           (highest ? 1.0 : -1.0) * rate(motion, A, B), negligible_share * unit};
 }
 
+/// The stop that a joint rests against; 0: none.
+template <class State>
+int Joints::stop_at_rest(const Joint& joint, Eigen::Index first, const State& state) const {
+  const Reach it = reach(joint, first, state);
+  return it.beyond >= -it.negligible && std::abs(it.rate) * step_s_ <= it.negligible ? it.stop : 0;
+}
+
 /// Of a joint at a stop C = s − limit; otherwise a row that does nothing, so that rows keep their places.
 JointRow Joints::stop_row(const Joint& joint, int stop, const std::array<JointSide, 2>& sides) const {
   const Eigen::Vector3d none = Eigen::Vector3d::Zero();
@@ -265,17 +272,16 @@ void Joints::add_springs(const Island& island, Eigen::Index first, const Work& w
     const auto& [A, B] = work.sides[i];
     const JointRow motion = joint.equations.motion(A, B);
     const double load = -spring.stiffness * (motion.error - spring.rest) - spring.damping * rate(motion, A, B);
-    for (const int end : {0, 1}) {
-      const int body = joint.bodies[end];
-      if (!moves(body)) continue;
+    for_each_moving(joint, [&](int end, int body) {
       force_N.col(body - first) += load * motion.linear[end];
       torque_N_m.col(body - first) += load * motion.angular[end];
-    }
+    });
   }
 }
 
 void Joints::factorise(const Island& island, Work& work) const {
   work.matrix.setZero(island.rows, island.rows);
+  work.right_side.resize(island.rows);
   for (const Joint& one : island.joints) {
     for (const Joint& other : island.joints) {
       if (other.first_row > one.first_row) break;
@@ -299,8 +305,8 @@ void Joints::factorise(const Island& island, Work& work) const {
   work.matrix.diagonal().array() -= regularisation;
 }
 
-void Joints::solve(Eigen::Index rows, Work& work) {
-  work.right_side.head(rows).array() *= work.scale.array();
+void Joints::solve(Work& work) {
+  work.right_side.array() *= work.scale.array();
   work.multipliers = work.factors.solve(work.right_side);
   for (int refinement = 0; refinement < 2; ++refinement)
     work.multipliers += work.factors.solve(work.right_side - work.matrix * work.multipliers);
@@ -314,48 +320,37 @@ void Joints::add_loads(const BodyBlock& block, const BlockState& state, double a
   auto held = work.held.cbegin();
   for (const Island& island : islands_of(block)) {
     work.stops.assign(island.joints.size(), 0);
-    for (std::size_t i = 0; i < island.joints.size(); ++i) {
-      if (!first_stage) {
-        work.stops[i] = *held++;
-        continue;
-      }
-      const Reach it = reach(island.joints[i], block.first, state);
-      if (it.beyond >= -it.negligible && std::abs(it.rate) * step_s_ <= it.negligible) work.stops[i] = it.stop;
-    }
+    for (std::size_t i = 0; i < island.joints.size(); ++i)
+      work.stops[i] = first_stage ? stop_at_rest(island.joints[i], block.first, state) : *held++;
     list_rows(island, block.first, at, state, work);
     add_springs(island, block.first, work, force_N, torque_N_m);
     for (;;) {
       factorise(island, work);
-      work.right_side.resize(island.rows);
       for (std::size_t i = 0; i < island.joints.size(); ++i) {
         const Joint& joint = island.joints[i];
         std::array<JointSide, 2> acceleration;  // as if the joints exerted nothing
-        for (const int end : {0, 1}) {
-          const int body = joint.bodies[end];
-          if (!moves(body)) continue;
+        for_each_moving(joint, [&](int end, int body) {
           const Eigen::Index column = body - block.first;
           const Eigen::Vector3d w = work.sides[i][end].angular_velocity_rad_per_s;
           const Eigen::Vector3d L = state.angular_momentum_N_m_s.col(column);
           acceleration[end].velocity_m_per_s = per_mass(body, force_N.col(column));
           acceleration[end].angular_velocity_rad_per_s =
               per_inertia(body, work.sides[i][end], torque_N_m.col(column) - w.cross(L));
-        }
+        });
         for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
           work.right_side[row] = -work.rows[row].curvature - rate(work.rows[row], acceleration[0], acceleration[1]);
       }
-      solve(island.rows, work);
+      solve(work);
       if (!first_stage || !release(island, 0.0, work)) break;
       list_rows(island, block.first, at, state, work);
     }
     if (first_stage) work.held.insert(work.held.end(), work.stops.begin(), work.stops.end());
     for (const Joint& joint : island.joints) {
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
-        for (const int end : {0, 1}) {
-          const int body = joint.bodies[end];
-          if (!moves(body)) continue;
+        for_each_moving(joint, [&](int end, int body) {
           force_N.col(body - block.first) += work.multipliers[row] * work.rows[row].linear[end];
           torque_N_m.col(body - block.first) += work.multipliers[row] * work.rows[row].angular[end];
-        }
+        });
       }
     }
   }
@@ -426,14 +421,13 @@ void Joints::correct(const Island& island, double at, MotionState& state, std::i
   for (int correction = 0;; ++correction) {
     list_rows(island, 0, at, state, work);
     factorise(island, work);
-    work.right_side.resize(island.rows);
     for (Eigen::Index row = 0; row < island.rows; ++row) work.right_side[row] = -work.rows[row].error;
     // In units of the response: lengths and cosines are compared by what it takes to remove them.
     const double left = (work.right_side.array() * work.scale.array()).matrix().norm();
     // Newton's method squares the error until rounding ends that; it may begin slowly.
     if (left == 0.0 || (correction > 0 && !(left < (open_joint(island, work) == nullptr ? 0.1 : 0.9) * last))) break;
     last = left;
-    solve(island.rows, work);
+    solve(work);
     correct_positions(island, work, state);
   }
   if (const Joint* joint = open_joint(island, work))
@@ -452,10 +446,7 @@ double Joints::inverse_mass_taken_per_kg(const std::array<int, 2>& bodies, const
     if (number < 0 || (&number == &islands[1] && number == islands[0])) continue;
     const Island& island = islands_[number];
     work.stops.assign(island.joints.size(), 0);
-    for (std::size_t i = 0; i < island.joints.size(); ++i) {
-      const Reach it = reach(island.joints[i], 0, state);
-      if (it.beyond >= -it.negligible && std::abs(it.rate) * step_s_ <= it.negligible) work.stops[i] = it.stop;
-    }
+    for (std::size_t i = 0; i < island.joints.size(); ++i) work.stops[i] = stop_at_rest(island.joints[i], 0, state);
     Eigen::VectorXd changes(island.rows);  // of the rows' rates by a unit impulse at the contact
     do {
       list_rows(island, 0, at, state, work);
@@ -474,7 +465,7 @@ double Joints::inverse_mass_taken_per_kg(const std::array<int, 2>& bodies, const
           changes[row] = rate(work.rows[row], pushed[0], pushed[1]);
       }
       work.right_side = -changes;
-      solve(island.rows, work);
+      solve(work);
     } while (release(island, 0.0, work));
     taken -= changes.dot(work.multipliers);
   }
@@ -494,16 +485,14 @@ const Joints::Joint* Joints::open_joint(const Island& island, const Work& work) 
 void Joints::correct_positions(const Island& island, const Work& work, MotionState& state) const {
   std::vector<std::pair<int, Eigen::Vector3d>> turns;
   for (const Joint& joint : island.joints) {
-    for (const int end : {0, 1}) {
-      const int body = joint.bodies[end];
-      if (!moves(body)) continue;
+    for_each_moving(joint, [&](int end, int body) {
       Eigen::Vector3d turn = Eigen::Vector3d::Zero();
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         state.position_m.col(body) += work.multipliers[row] * work.response[row].linear[end];
         turn += work.multipliers[row] * work.response[row].angular[end];
       }
       turns.emplace_back(body, turn);
-    }
+    });
   }
   for (const auto& [body, turn] : turns) {
     state.orientation_wxyz.col(body) = rotated(turn, state.orientation_wxyz.col(body)).normalized();
@@ -512,21 +501,18 @@ void Joints::correct_positions(const Island& island, const Work& work, MotionSta
 
 void Joints::correct_velocities(const Island& island, double at, Work& work, MotionState& state) const {
   for (;;) {
-    work.right_side.resize(island.rows);
     for (std::size_t i = 0; i < island.joints.size(); ++i) {
       const Joint& joint = island.joints[i];
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
         work.right_side[row] = -work.rows[row].drift - rate(work.rows[row], work.sides[i][0], work.sides[i][1]);
     }
-    solve(island.rows, work);
+    solve(work);
     if (!release(island, 1.0 / step_s_, work)) break;
     list_rows(island, 0, at, state, work);
     factorise(island, work);
   }
   for (const Joint& joint : island.joints) {
-    for (const int end : {0, 1}) {
-      const int body = joint.bodies[end];
-      if (!moves(body)) continue;
+    for_each_moving(joint, [&](int end, int body) {
       Eigen::Vector3d torque = Eigen::Vector3d::Zero();
       for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
         state.velocity_m_per_s.col(body) += work.multipliers[row] * work.response[row].linear[end];
@@ -535,7 +521,7 @@ void Joints::correct_velocities(const Island& island, double at, Work& work, Mot
       Eigen::Vector3d none = Eigen::Vector3d::Zero();
       constrain_loads(model_.motion(body), model_.axis(body), none, torque);
       state.angular_momentum_N_m_s.col(body) += torque;
-    }
+    });
   }
 }
 

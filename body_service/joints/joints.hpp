@@ -102,6 +102,11 @@ class Joints {
   template <class State>
   [[nodiscard]] JointSide side(int body, Eigen::Index first, const State& state) const;
   [[nodiscard]] bool moves(int body) const { return body >= 0 && model_.moves(body); }
+  /// Calls act(end, body) for each end of a joint whose body moves.
+  void for_each_moving(const Joint& joint, const auto& act) const {
+    for (const int end : {0, 1})
+      if (moves(joint.bodies[end])) act(end, joint.bodies[end]);
+  }
   [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
   [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
   template <class State>
@@ -109,10 +114,12 @@ class Joints {
   void add_springs(const Island& island, Eigen::Index first, const Work& work, BlockVectors& force_N,
                    BlockVectors& torque_N_m) const;
   void factorise(const Island& island, Work& work) const;
-  static void solve(Eigen::Index rows, Work& work);
+  static void solve(Work& work);
   void correct(const Island& island, double at, MotionState& state, std::int64_t step, Work& work) const;
   template <class State>
   [[nodiscard]] Reach reach(const Joint& joint, Eigen::Index first, const State& state) const;
+  template <class State>
+  [[nodiscard]] int stop_at_rest(const Joint& joint, Eigen::Index first, const State& state) const;
   void meet_stops(const Island& island, double at, MotionState& state, Work& work) const;
   void drift(const Island& island, double duration_s, MotionState& state) const;
   [[nodiscard]] bool release(const Island& island, double least, Work& work) const;

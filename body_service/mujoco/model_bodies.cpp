@@ -6,7 +6,6 @@
 #include <cstring>
 #include <mujoco/mujoco.h>
 #include <span>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
@@ -122,8 +121,6 @@ void require_options(const mjModel& mujoco) {
     if (found) throw CaseError(std::string("the model's ") + problem);
 }
 
-nlohmann::json array_of(const auto& vector) { return std::vector<double>(vector.begin(), vector.end()); }
-
 }  // namespace
 
 MujocoModel compiled(const std::string& mjcf, const std::string& model_file) {
@@ -189,8 +186,8 @@ std::string bodies_as_json(const ModelSpecification& model) {
                       {"length_m", body.shape.length_m},
                       {"mass_kg", body.mass_kg},
                       {"motion", copepod::name_of(motion_names, body.motion)},
-                      {"position_m", array_of(body.position_m)},
-                      {"orientation_wxyz", array_of(body.orientation_wxyz)}});
+                      {"position_m", body.position_m},
+                      {"orientation_wxyz", body.orientation_wxyz}});
     for (std::size_t j = 0; j < i; ++j) {
       const bool fixed = body.motion == MotionKind::fixed && found[j].body.motion == MotionKind::fixed;
       if (fixed || !may_overlap(*mujoco, found[j].geom, found[i].geom)) continue;

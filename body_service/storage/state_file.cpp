@@ -37,17 +37,12 @@ std::uint64_t digest_of_words(std::span<const std::uint64_t> words) {
   return digest.value();
 }
 
-template <typename Matrix>
-void append(Words& words, const Matrix& numbers) {
-  for (Eigen::Index i = 0; i < numbers.size(); ++i) {
-    words.push_back(std::bit_cast<std::uint64_t>(numbers.data()[i]));
-  }
-}
-
-template <typename Matrix>
-void take(std::span<const std::uint64_t>& words, Matrix& numbers) {
-  for (Eigen::Index i = 0; i < numbers.size(); ++i) numbers.data()[i] = std::bit_cast<double>(words[i]);
-  words = words.subspan(static_cast<std::size_t>(numbers.size()));
+/// Calls act(numbers) for each array of a state, in the order in which files have them.
+void for_each_array(auto& state, const auto& act) {
+  act(state.position_m);
+  act(state.orientation_wxyz);
+  act(state.velocity_m_per_s);
+  act(state.angular_momentum_N_m_s);
 }
 
 /// Fills zeroed `words` from a file and shortens them to its length; a last word that is cut off is kept,
@@ -82,10 +77,7 @@ std::uint64_t layout_digest(const BodySetup& setup) {
 std::uint64_t state_digest(std::int64_t step, const MotionState& state, const std::vector<std::uint64_t>& memory) {
   Digest digest;
   digest.add(static_cast<std::uint64_t>(step));
-  digest.add_all(state.position_m);
-  digest.add_all(state.orientation_wxyz);
-  digest.add_all(state.velocity_m_per_s);
-  digest.add_all(state.angular_momentum_N_m_s);
+  for_each_array(state, [&](const auto& numbers) { digest.add_all(numbers); });
   digest.add_all(memory);
   return digest.value();
 }
@@ -95,10 +87,9 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   const auto bodies = static_cast<std::size_t>(state.bodies());
   Words words{magic, version, label.layout_digest, static_cast<std::uint64_t>(label.step), bodies, memory.size()};
   words.reserve(header_words + words_per_body * bodies + memory.size() + 1);
-  append(words, state.position_m);
-  append(words, state.orientation_wxyz);
-  append(words, state.velocity_m_per_s);
-  append(words, state.angular_momentum_N_m_s);
+  for_each_array(state, [&](const auto& numbers) {
+    for (const double number : numbers.reshaped()) words.push_back(std::bit_cast<std::uint64_t>(number));
+  });
   words.insert(words.end(), memory.begin(), memory.end());
   words.push_back(digest_of_words(words));
 
@@ -135,10 +126,12 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
     fail(path, "is damaged (wrong length or checksum)", remedy);
   }
   auto numbers = content.subspan(header_words);
-  take(numbers, state.position_m);
-  take(numbers, state.orientation_wxyz);
-  take(numbers, state.velocity_m_per_s);
-  take(numbers, state.angular_momentum_N_m_s);
+  for_each_array(state, [&](auto& array) {
+    for (double& number : array.reshaped()) {
+      number = std::bit_cast<double>(numbers.front());
+      numbers = numbers.subspan(1);
+    }
+  });
   if (memory != nullptr) memory->assign(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(held));
   return static_cast<std::int64_t>(words[3]);
 }
