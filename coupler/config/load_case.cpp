@@ -118,9 +118,8 @@ constexpr std::array own_folders{"logs", "programs"};
 
 /// The settings of an entry; its keys are those of the case, which the case's own reading checks.
 void declare_settings(Keys& keys, std::vector<std::string>& settings) {
-  if (keys.describes())
-    keys.describe("set", {{"type", "object"}, {"additionalProperties", {{"description", "New value."}}}},
-                  "Changes to the case, by key path (fluid.precision: double), as with --set.");
+  keys.describe("set", {{"type", "object"}, {"additionalProperties", {{"description", "New value."}}}},
+                "Changes to the case, by key path (fluid.precision: double), as with --set.");
   Reader* reader = keys.reader();
   if (reader == nullptr) return;
   { reader->section("set").accept_all(); }
@@ -141,11 +140,9 @@ void declare(Keys& keys, CampaignEntry& entry, const fs::path& folder) {
             "Name of the run's folder and of its rows in the tables (default: the file's name). Required if a case "
             "appears twice.");
   declare_settings(keys, entry.settings);
-  if (Reader* reader = keys.reader();
-      reader != nullptr && std::ranges::find(own_folders, entry.name) != own_folders.end())
-    reader->reject(
-        "name",
-        "is '" + entry.name + "' (the campaign keeps its own files in a folder of this name). Give it another `name`.");
+  keys.reject_if(
+      std::ranges::find(own_folders, entry.name) != own_folders.end(), "name",
+      "is '" + entry.name + "' (the campaign keeps its own files in a folder of this name). Give it another `name`.");
 }
 
 void check_names(const std::vector<CampaignEntry>& cases, Problems& problems) {
@@ -211,17 +208,9 @@ Campaign load_campaign_text(const std::string& text, const std::string& source) 
 }
 
 nlohmann::ordered_json campaign_schema() {
-  nlohmann::ordered_json schema;
-  Keys keys = Keys::describing(schema);
   Campaign any;
-  declare(keys, any, "");
-  nlohmann::ordered_json result{
-      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
-      {"$id", "campaign.schema.json"},
-      {"title", "Copepod campaign"},
-      {"description", "A list of cases that `copepod campaign` runs as one, resuming where it stopped."}};
-  result.update(schema);
-  return result;
+  return schema_of_file("campaign", "A list of cases that `copepod campaign` runs as one, resuming where it stopped.",
+                        [&](Keys& keys) { declare(keys, any, ""); });
 }
 
 }  // namespace copepod::coupler

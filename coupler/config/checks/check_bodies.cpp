@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <ranges>
 #include <set>
 
 #include "config/checks/checks.hpp"
@@ -13,13 +14,10 @@ namespace copepod::coupler {
 namespace {
 
 std::string known_names(const Assembly& assembly) {
+  constexpr std::size_t most = 8;
   std::vector<std::string> names;
-  std::string text;
-  for (const BodySpecification& body : assembly.bodies) {
-    if (names.size() < 8) text += (text.empty() ? "" : ", ") + body.name;
-    names.push_back(body.name);
-  }
-  return names.size() > 8 ? text + ", …" : text;
+  for (const BodySpecification& body : assembly.bodies | std::views::take(most)) names.push_back(body.name);
+  return listed(names) + (assembly.bodies.size() > most ? ", …" : "");
 }
 
 bool rests(const BodySpecification& body) {

@@ -87,7 +87,7 @@ void check_arms(const Case& the_case, Problems& problems) {
     const Swimmer& swimmer = the_case.swimmers[i];
     std::set<std::pair<int, int>> joined;
     for (std::size_t arm = 0; arm < swimmer.arms.size(); ++arm) {
-      const auto [A, B] = std::minmax(swimmer.arms[arm].bead_A, swimmer.arms[arm].bead_B);
+      const auto [A, B] = std::minmax(swimmer.arms[arm].body_A, swimmer.arms[arm].body_B);
       if (joined.emplace(A, B).second) continue;
       const std::string path = path_of_swimmer(the_case, i) + ".arms." + std::to_string(arm);
       problems.warn(
@@ -184,9 +184,9 @@ void check_length(const JointSpecification& joint, const std::string& path, cons
 void check_limits(const NamedJoint& joint, const std::string& path, Problems& problems) {
   const bool hinge = joint.kind == JointKind::hinge;
   const std::string at = path + (hinge ? ".limits_rad" : ".limits_m");
-  if (joint.limits[0] > 0.0 || joint.limits[1] < 0.0)
+  if (joint.lowest > 0.0 || joint.highest < 0.0)
     problems.reject(at, "leaves the start out (motion counts from there, as 0). Write [lowest, highest] around 0.");
-  if (hinge && !(joint.limits.cwiseAbs().maxCoeff() <= 3.0))
+  if (hinge && std::max(std::abs(joint.lowest), std::abs(joint.highest)) > 3.0)
     problems.reject(at, "is wider than 3 (angles are those within half a turn). Use -3 to 3 at most.");
   if (joint.signal) {
     problems.reject(path + ".signal",

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <numbers>
 
 #include <nlohmann/json.hpp>
@@ -136,9 +134,7 @@ constexpr auto signal_names = words<SignalKind>("constant", "sinusoid", "square"
 
 void declare_period(Keys& keys, Signal& signal, double step_s) {
   if (Reader* reader = keys.reader()) signal.period_steps = read_period(*reader, step_s);
-  if (ordered_json* resolved = keys.resolved(); resolved != nullptr && signal.period_steps > 0)
-    (*resolved)["period_steps"] = signal.period_steps;
-  if (!keys.describes()) return;
+  if (signal.period_steps > 0) keys.write("period_steps", signal.period_steps);
   keys.describe(
       "period_steps", schema_of_integer(Range::positive),
       "Period T in steps; not of a constant. A table with a period repeats, one without holds its last value.");
@@ -148,8 +144,7 @@ void declare_period(Keys& keys, Signal& signal, double step_s) {
 
 void declare_lag(Keys& keys, Signal& signal, double step_s) {
   if (Reader* reader = keys.reader()) signal.lag_steps = read_lag(*reader, signal, step_s);
-  if (ordered_json* resolved = keys.resolved()) (*resolved)["lag_steps"] = signal.lag_steps;
-  if (!keys.describes()) return;
+  keys.write("lag_steps", signal.lag_steps);
   const ordered_json number = schema_of_number(Range::any);
   keys.describe("lag_steps", number, "Lag in steps; whole or not. Default: 0.");
   keys.describe("lag_s", number, "Lag in seconds instead of lag_steps.");
@@ -158,17 +153,15 @@ void declare_lag(Keys& keys, Signal& signal, double step_s) {
 }
 
 void declare_rise(Keys& keys, Signal& signal) {
-  Reader* reader = keys.reader();
   const bool is_trapezoid = signal.kind == SignalKind::trapezoid;
-  if (!keys.when(is_trapezoid || (reader != nullptr && reader->has("rise_fraction")))) return;
+  if (!keys.when(is_trapezoid || keys.reads("rise_fraction"))) return;
   if (keys.resolved() == nullptr) signal.rise = 0.125;
   keys.number("rise_fraction", signal.rise, Range::positive,
               "Of a trapezoid: time from 0 to the amplitude, in periods; 0.25 is a triangle wave.");
   keys.describe_also("rise_fraction", {{"maximum", 0.25}});
-  if (reader != nullptr && (signal.rise > 0.25 || !is_trapezoid))
-    reader->reject("rise_fraction",
-                   "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in periods). Use a value "
-                   "such as 0.125.");
+  keys.reject_if(signal.rise > 0.25 || !is_trapezoid, "rise_fraction",
+                 "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in periods). Use a value "
+                 "such as 0.125.");
 }
 
 void declare_table(Keys& keys, Signal& signal, double step_s) {
@@ -180,7 +173,6 @@ void declare_table(Keys& keys, Signal& signal, double step_s) {
       (*resolved)["values"].push_back(point.value);
     }
   }
-  if (!keys.describes()) return;
   const ordered_json numbers = schema_of_list(schema_of_number(Range::any), 0);
   keys.describe("file", {{"type", "string"}},
                 "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the "
@@ -194,16 +186,13 @@ void declare_stop(Keys& keys, Signal& signal) {
   if (Reader* reader = keys.reader()) {
     const Value* stop = reader->raw(key);
     if (stop != nullptr && stop->text != "never") signal.stop_step = reader->integer(key, Range::not_negative);
-    if (signal.stop_step <= signal.start_step)
-      reader->reject(key, "is " + std::to_string(signal.stop_step) + ", the signal starts at " +
-                              std::to_string(signal.start_step) +
-                              " (it would never act). Stop later, or leave it out.");
+    keys.reject_if(signal.stop_step <= signal.start_step, key,
+                   "is " + std::to_string(signal.stop_step) + ", the signal starts at " +
+                       std::to_string(signal.start_step) + " (it would never act). Stop later, or leave it out.");
   }
-  if (ordered_json* resolved = keys.resolved())
-    (*resolved)[key] = signal.stop_step == Signal::never ? ordered_json("never") : ordered_json(signal.stop_step);
-  if (keys.describes())
-    keys.describe(key, {{"anyOf", {schema_of_integer(Range::positive), {{"const", "never"}}}}, {"default", "never"}},
-                  "First step in which it does not act any more.");
+  keys.write(key, signal.stop_step == Signal::never ? ordered_json("never") : ordered_json(signal.stop_step));
+  keys.describe(key, {{"anyOf", {schema_of_integer(Range::positive), {{"const", "never"}}}}, {"default", "never"}},
+                "First step in which it does not act any more.");
 }
 
 constexpr Amplitude force{"amplitude_N", "Amplitude A of a force [N]. Of a table: factor of its values, by default 1."};
@@ -304,8 +293,7 @@ void declare(Keys& keys, BendSpecification& bend) {
       reader->reject(found[0], "is more than half a turn (an angle between two arms is at most that). Use 0 to 180°.");
     bend.rest_angle_rad = std::min(bend.rest_angle_rad, std::numbers::pi);
   }
-  if (ordered_json* resolved = keys.resolved()) (*resolved)["rest_angle_rad"] = bend.rest_angle_rad;
-  if (!keys.describes()) return;
+  keys.write("rest_angle_rad", bend.rest_angle_rad);
   keys.describe("rest_angle_rad", schema_of_number(Range::not_negative), "Rest angle θ₀ [rad]. Default: π, straight.");
   keys.describe("rest_angle_deg", schema_of_number(Range::not_negative), "Rest angle in degrees.");
 }

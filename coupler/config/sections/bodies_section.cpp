@@ -42,13 +42,11 @@ std::string bytes_of_mesh_file(const std::string& path) {
 /// The mesh of a shape: a file, or its content as resolved cases have it.
 void declare_mesh(Keys& keys, Shape& shape) {
   if (ordered_json* resolved = keys.resolved()) (*resolved)["text"] = to_obj(*shape.mesh);
-  if (keys.describes()) {
-    keys.describe("file", {{"type", "string"}},
-                  "Of a mesh: path of an STL, OBJ or PLY file, relative to the case file. Its surface is closed.");
-    keys.describe("text", {{"type", "string"}}, "Of a mesh: the OBJ file itself, as resolved cases have it.");
-  }
+  keys.describe("file", {{"type", "string"}},
+                "Of a mesh: path of an STL, OBJ or PLY file, relative to the case file. Its surface is closed.");
+  keys.describe("text", {{"type", "string"}}, "Of a mesh: the OBJ file itself, as resolved cases have it.");
   double unit_m = 1.0;
-  keys.number(keys.needed("unit_m", keys.reader() != nullptr && keys.reader()->has("file")), unit_m, Range::positive,
+  keys.number(keys.needed("unit_m", keys.reads("file")), unit_m, Range::positive,
               "Of a mesh: the unit of length in its file. Needed beside file.");
   Reader* reader = keys.reader();
   if (reader == nullptr) return;
@@ -120,16 +118,13 @@ void declare(Keys& keys, Shape& shape) { declare_shape(keys, shape, false); }
 
 void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity& inhomogeneity) {
   Reader* reader = keys.reader();
-  const bool has_density = reader != nullptr && reader->has("density_kg_per_m3");
-  if (reader != nullptr && has_density == reader->has("mass_kg"))
-    reader->reject("mass_kg",
-                   "and density_kg_per_m3 are both given, or neither (one follows from the other). Give exactly one.");
+  keys.reject_if(keys.reads("density_kg_per_m3") == keys.reads("mass_kg"), "mass_kg",
+                 "and density_kg_per_m3 are both given, or neither (one follows from the other). Give exactly one.");
   if (reader != nullptr && !reader->has("mass_kg"))
     mass_kg = reader->number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(shape);
   else
     keys.number(keys.needed("mass_kg"), mass_kg, Range::positive, "Mass [kg].");
-  if (keys.describes())
-    keys.describe("density_kg_per_m3", schema_of_number(Range::positive), "Density, instead of mass_kg.");
+  keys.describe("density_kg_per_m3", schema_of_number(Range::positive), "Density, instead of mass_kg.");
   const bool has_inertia = reader != nullptr ? reader->has("inertia_kg_m2") : !inhomogeneity.inertia_kg_m2.empty();
   if (keys.when(has_inertia)) {
     inhomogeneity.inertia_kg_m2.resize(6);
@@ -138,8 +133,9 @@ void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity
                  "yy, zz, xy, xz, yz. Default: that of a uniform body.");
     keys.numbers("center_of_mass_m", inhomogeneity.center_of_mass_m,
                  "Beside inertia_kg_m2: the centre of mass in the shape's own frame [m]. Default: its origin.");
-  } else if (reader != nullptr && reader->has("center_of_mass_m")) {
-    reader->reject("center_of_mass_m", "is given without inertia_kg_m2 (a uniform body has its own). Give both.");
+  } else {
+    keys.reject_if(keys.reads("center_of_mass_m"), "center_of_mass_m",
+                   "is given without inertia_kg_m2 (a uniform body has its own). Give both.");
   }
 }
 
@@ -188,10 +184,8 @@ void read_anchors(Reader& reader, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& 
 
 void declare_anchors(Keys& keys, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& anchor_B_m, const char* description) {
   if (Reader* reader = keys.reader()) read_anchors(*reader, anchor_A_m, anchor_B_m);
-  if (ordered_json* resolved = keys.resolved())
-    (*resolved)["anchors_m"] = ordered_json::array({anchor_A_m, anchor_B_m});
-  if (keys.describes())
-    keys.describe("anchors_m", schema_of_list(schema_of_list(schema_of_number(Range::any), 3), 2), description);
+  keys.write("anchors_m", ordered_json::array({anchor_A_m, anchor_B_m}));
+  keys.describe("anchors_m", schema_of_list(schema_of_list(schema_of_number(Range::any), 3), 2), description);
 }
 
 void declare_orientation(Keys& keys, Eigen::Vector4d& q, const char* description) {
@@ -323,11 +317,13 @@ void declare_motion(Keys& keys, const MotionKeys& names, NamedJoint& joint) {
   keys.number(names.stiffness, joint.stiffness, Range::not_negative, names.descriptions[0]);
   keys.number(names.damping, joint.damping, Range::not_negative, names.descriptions[1]);
   keys.number(names.rest, joint.rest, Range::any, names.descriptions[2]);
-  Reader* reader = keys.reader();
-  const bool has_limits = reader != nullptr ? reader->has(names.limits) : !joint.limits.isZero(0.0);
-  if (keys.when(has_limits)) keys.numbers(keys.needed(names.limits), joint.limits, names.descriptions[3]);
-  if (reader != nullptr && has_limits && joint.limits.isZero(0.0))
-    reader->reject(names.limits, "leaves no room (both are 0). Use kind: fixed.");
+  const bool has_limits = keys.reads(names.limits) || (keys.reader() == nullptr && joint.has_limits());
+  if (!keys.when(has_limits)) return;
+  Eigen::Vector2d limits(joint.lowest, joint.highest);
+  keys.numbers(keys.needed(names.limits), limits, names.descriptions[3]);
+  joint.lowest = limits[0];
+  joint.highest = limits[1];
+  keys.reject_if(!joint.has_limits(), names.limits, "leaves no room (both are 0). Use kind: fixed.");
 }
 
 }  // namespace
@@ -343,7 +339,7 @@ void declare(Keys& keys, NamedJoint& joint, double step_s) {
                 "Names of the two bodies, or of a body and world.");
   if (!keys.when(joint.kind != JointKind::model)) return;
   if (keys.when(joint.kind == JointKind::distance))
-    declare_anchors(keys, joint.anchors_m[0], joint.anchors_m[1],
+    declare_anchors(keys, joint.anchor_A_m, joint.anchor_B_m,
                     "For distance: ends of the rod in the frame of each body, relative to its centre; in the world a "
                     "place. Default: the centres.");
   if (keys.when(joint.kind != JointKind::distance))
@@ -370,8 +366,8 @@ void declare(Keys& keys, NamedGroup& group) {
   keys.name(required("name"), group.name, "Name in cycles.csv and summary.json.");
   keys.words(required("bodies"), group.bodies, 0, "Names of the bodies.");
   const std::set<std::string> distinct(group.bodies.begin(), group.bodies.end());
-  if (Reader* reader = keys.reader(); reader != nullptr && (distinct.empty() || distinct.size() != group.bodies.size()))
-    reader->reject("bodies", "is empty or names a body twice (its motion is that of its bodies). List each once.");
+  keys.reject_if(distinct.empty() || distinct.size() != group.bodies.size(), "bodies",
+                 "is empty or names a body twice (its motion is that of its bodies). List each once.");
   declare_direction(keys, "axis", group.axis, "Own axis at the start, in the world; it is carried along.");
   keys.integer("period_steps", group.period_steps, Range::not_negative,
                "Period of the cycles. Default: 0, that of what drives the bodies.");

@@ -14,7 +14,6 @@
 #include "contract/shape.hpp"
 #include "contract/words.hpp"
 #include "driving/driving_protocol.hpp"
-#include "driving/prescribed_bodies.hpp"
 
 namespace copepod::coupler {
 
@@ -75,13 +74,8 @@ struct Drive {
   Signal signal;  ///< [N] or [m]
 };
 
-/// A spring between the centres of two beads, and what drives it.
-struct Arm {
-  int bead_A = 0;
-  int bead_B = 0;
-  double stiffness_N_per_m = 0.0;
-  double damping_N_s_per_m = 0.0;
-  double rest_length_m = 0.0;  ///< centre to centre
+/// A spring between the centres of two beads, whose numbers stand for bodies, and what drives it.
+struct Arm : SpringSpecification {
   std::optional<Drive> drive;
 };
 
@@ -133,21 +127,15 @@ struct NamedBend : BendSpecification {
   std::vector<std::string> bodies;  ///< three, the vertex in the middle
 };
 
-/// A joint; where its bodies start determines what it keeps.
-struct NamedJoint {
+/// A joint; where its bodies start determines what it keeps. Its axis is that at the start, in the world; its two
+/// anchors are those of a rod only.
+struct NamedJoint : JointSpecification {
   static constexpr const char* world = "world";
 
   std::string name;
-  JointKind kind = JointKind::ball;
-  std::vector<std::string> bodies;                               ///< two, one may be `world`
-  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();            ///< at the start, in the world
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();               ///< of hinge and slider: at the start, in the world
-  std::array<Eigen::Vector3d, 2> anchors_m{anchor_m, anchor_m};  ///< ends of a rod: in the frame of each body
-  std::optional<Signal> signal;                                  ///< of the first body relative to the second
-  double stiffness = 0.0;                                        ///< as in JointSpecification
-  double damping = 0.0;
-  double rest = 0.0;
-  Eigen::Vector2d limits = Eigen::Vector2d::Zero();  ///< lowest, highest
+  std::vector<std::string> bodies;                     ///< two, one may be `world`
+  Eigen::Vector3d anchor_m = Eigen::Vector3d::Zero();  ///< at the start, in the world
+  std::optional<Signal> signal;                        ///< of the first body relative to the second
 };
 
 /// An actuator of the case and how its value varies.

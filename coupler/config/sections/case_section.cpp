@@ -51,11 +51,9 @@ void declare(Keys& keys, ContactCase& contact) {
   keys.number("restitution", contact.restitution, Range::positive,
               "Normal velocity after an impact over that before, without a fluid.");
   keys.describe_also("restitution", {{"minimum", least_restitution}, {"maximum", 1}});
-  if (Reader* reader = keys.reader();
-      reader != nullptr && (contact.restitution < least_restitution || contact.restitution > 1.0))
-    reader->reject("restitution",
-                   "is " + rounded_text(contact.restitution) +
-                       " (the velocity after an impact over that before). Use a number between 0.05 and 1.");
+  keys.reject_if(contact.restitution < least_restitution || contact.restitution > 1.0, "restitution",
+                 "is " + rounded_text(contact.restitution) +
+                     " (the velocity after an impact over that before). Use a number between 0.05 and 1.");
   keys.number("friction", contact.friction, Range::not_negative, "Coulomb coefficient between bodies.");
   keys.number("wall_friction", contact.wall_friction, Range::not_negative,
               "Coulomb coefficient between bodies and walls where the fluid sticks. Default: that of friction.");
@@ -87,13 +85,12 @@ void declare_set_aside(Keys& keys) {
     static_cast<void>(reader->has("forces"));
     static_cast<void>(reader->has("sweep"));
   }
-  if (!keys.describes()) return;
   keys.describe("parameter_sets", {{"type", "object"}, {"additionalProperties", {{"type", "object"}}}},
                 "Alternative values, by name: each set is a mapping from key path "
                 "(swimmers.0.spring.stiffness_N_per_m) to value.");
   keys.describe("forces", {{"type", "array"}, {"maxItems", 0}},
                 "Replaced by actuators; the empty list of cases that release 1.0 resolved is ignored.");
-  describe_sweep(keys);
+  if (keys.describes()) describe_sweep(keys);
 }
 
 /// Everything solid, and what joins and drives it.
@@ -240,18 +237,10 @@ ordered_json resolved(Case the_case) {
 }
 
 ordered_json case_schema() {
-  ordered_json schema;
-  Keys keys = Keys::describing(schema);
   Case any;
-  declare(keys, any);
-  ordered_json result{
-      {"$schema", "https://json-schema.org/draft/2020-12/schema"},
-      {"$id", "case.schema.json"},
-      {"title", "Copepod case"},
-      {"description",
-       "One simulation: a fluid, the bodies in it, and their coupling. SI units; every key names its unit."}};
-  result.update(schema);
-  return result;
+  return schema_of_file(
+      "case", "One simulation: a fluid, the bodies in it, and their coupling. SI units; every key names its unit.",
+      [&](Keys& keys) { declare(keys, any); });
 }
 
 ordered_json physics_of(Case the_case) {

@@ -95,12 +95,8 @@ void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string&
   for (std::size_t i = 0; i < swimmer.arms.size(); ++i) {
     const Arm& arm = swimmer.arms[i];
     const std::string arm_path = path + ".arms." + std::to_string(i);
-    SpringSpecification& spring = assembly.springs.emplace_back();
-    spring.body_A = first_body + arm.bead_A;
-    spring.body_B = first_body + arm.bead_B;
-    spring.stiffness_N_per_m = arm.stiffness_N_per_m;
-    spring.damping_N_s_per_m = arm.damping_N_s_per_m;
-    spring.rest_length_m = arm.rest_length_m;
+    SpringSpecification& spring = assembly.springs.emplace_back(arm);
+    for (int* body : {&spring.body_A, &spring.body_B}) *body += first_body;
     assembly.spring_paths.push_back(swimmer.three_beads ? path + ".spring" : arm_path);
     if (!arm.drive) continue;
     add_drive_along(assembly.springs.size() - 1, delayed(arm.drive->signal, swimmer.phase_deg),
@@ -152,13 +148,11 @@ void add_case_springs_and_bends(const Case& the_case, const BodyNumbers& numbers
 /// The world is always the second body. Where it was the first, the axis is turned round, for the same motion.
 JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers, const Assembly& assembly) {
   const bool exchanged = named.bodies[0] == NamedJoint::world;
-  JointSpecification joint;
-  joint.kind = named.kind;
+  JointSpecification joint = named;
   joint.body_A = number_of(numbers, named.bodies[exchanged ? 1 : 0]);
   joint.body_B = number_of(numbers, named.bodies[exchanged ? 0 : 1]);
   if (joint.kind == JointKind::model) return joint;
-  joint.anchor_A_m = named.anchors_m[exchanged ? 1 : 0];
-  joint.anchor_B_m = named.anchors_m[exchanged ? 0 : 1];
+  if (exchanged) std::swap(joint.anchor_A_m, joint.anchor_B_m);
   const auto in_frame_of = [&assembly](int number, const Eigen::Vector3d& place_m) -> Eigen::Vector3d {
     if (number < 0) return place_m;
     const BodySpecification& body = assembly.bodies[static_cast<std::size_t>(number)];
@@ -168,11 +162,6 @@ JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers,
     joint.anchor_A_m = in_frame_of(joint.body_A, named.anchor_m);
     joint.anchor_B_m = in_frame_of(joint.body_B, named.anchor_m);
   }
-  joint.stiffness = named.stiffness;
-  joint.damping = named.damping;
-  joint.rest = named.rest;
-  joint.lowest = named.limits[0];
-  joint.highest = named.limits[1];
   if (!has_axis(joint.kind) || joint.body_A < 0) return joint;
   const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
   joint.axis = rotation_matrix(A.orientation_wxyz).transpose() * (exchanged ? -named.axis : named.axis);

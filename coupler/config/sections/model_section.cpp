@@ -90,8 +90,7 @@ void declare_source(Keys& keys, BodyCase& body) {
       return;
     }
   }
-  if (keys.describes())
-    keys.describe("file", {{"type", "string"}}, "Path of the MJCF file, relative to the case file.");
+  keys.describe("file", {{"type", "string"}}, "Path of the MJCF file, relative to the case file.");
   keys.text("text", body.model.text,
             "The model itself, as resolved cases have it; bodies and joints are then in the case too.");
 }
@@ -106,11 +105,10 @@ void declare_model(Keys& keys, BodyCase& body) {
     if (read_file(*reader, "model", path, body.model.text)) body.model_file = path;
     return;
   }
-  if (keys.describes())
-    keys.describe("model", {{"type", "string"}},
-                  "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's "
-                  "own joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF "
-                  "file, relative to the case file, or a mapping. With solver: mujoco.");
+  keys.describe("model", {{"type", "string"}},
+                "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's own "
+                "joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF file, "
+                "relative to the case file, or a mapping. With solver: mujoco.");
   keys.either("model", [&](Keys& model) {
     declare_source(model, body);
     model.number("length_m", body.model.length_m, Range::positive,

@@ -49,8 +49,7 @@ ordered_json resolved_region(const std::vector<std::int64_t>& region) {
 void declare_region(Keys& keys, std::vector<std::int64_t>& region) {
   const char* key = "region_cells";
   if (Reader* reader = keys.reader()) region = read_region(reader->section(key));
-  if (ordered_json* resolved = keys.resolved()) (*resolved)[key] = resolved_region(region);
-  if (!keys.describes()) return;
+  keys.write(key, resolved_region(region));
   ordered_json ranges;
   Keys axes = Keys::describing(ranges);
   const ordered_json cell = schema_of_integer(Range::not_negative);
@@ -79,18 +78,12 @@ std::vector<FieldQuantity> read_quantities(Reader& fields) {
   return result;
 }
 
-ordered_json resolved_quantities(const std::vector<FieldQuantity>& quantities) {
-  ordered_json result = ordered_json::array();
-  for (const FieldQuantity quantity : quantities) result.push_back(name_of(quantity_names, quantity));
-  return result;
-}
-
 void declare_quantities(Keys& keys, std::vector<FieldQuantity>& quantities) {
   const char* key = "quantities";
   if (Reader* reader = keys.reader()) quantities = read_quantities(*reader);
-  if (ordered_json* resolved = keys.resolved()) (*resolved)[key] = resolved_quantities(quantities);
-  if (!keys.describes()) return;
-  ordered_json names = ordered_json::array();
+  ordered_json chosen = ordered_json::array(), names = ordered_json::array();
+  for (const FieldQuantity quantity : quantities) chosen.push_back(name_of(quantity_names, quantity));
+  keys.write(key, chosen);
   for (const Choice<FieldQuantity>& quantity : quantity_names) names.push_back(quantity.name);
   keys.describe(key, schema_of_list({{"enum", names}}, 0),
                 "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest "
@@ -144,8 +137,7 @@ void declare_number_of(Keys& keys, const char* key, int& value, std::int64_t mos
                        const char* description) {
   std::int64_t number = value;
   keys.integer(key, number, Range::positive, description);
-  if (Reader* reader = keys.reader(); reader != nullptr && number > most)
-    reader->reject(key, "is " + std::to_string(number) + " (" + problem);
+  keys.reject_if(number > most, key, "is " + std::to_string(number) + " (" + problem);
   value = static_cast<int>(std::min(number, most));
 }
 

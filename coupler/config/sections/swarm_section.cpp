@@ -68,7 +68,6 @@ void read_count(Reader& section, Swarm& swarm) {
 
 void declare_count(Keys& keys, Swarm& swarm) {
   if (Reader* reader = keys.reader()) read_count(*reader, swarm);
-  if (!keys.describes()) return;
   keys.describe("count", schema_of_integer(Range::positive), "Number of copies.");
   keys.describe_also("count", {{"maximum", most_swimmers}});
   keys.describe("volume_fraction", schema_of_number(Range::positive),
@@ -133,14 +132,11 @@ void declare_orientations(Keys& keys, Swarm& swarm) {
   keys.describe_also("spread_deg", {{"maximum", 180}});
   // Rounded to single precision, so that every machine has the same number.
   swarm.least_cosine = static_cast<double>(static_cast<float>(std::cos(spread_deg * std::numbers::pi / 180.0)));
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
-  if (swarm.orientations == Orientations::isotropic && reader->has("spread_deg")) {
-    reader->reject("spread_deg",
-                   "is given without orientations: aligned (isotropic axes point everywhere). Remove it.");
-  } else if (spread_deg > 180.0) {
-    reader->reject("spread_deg", "is " + rounded_text(spread_deg) + " (angles between axes end at 180). Use less.");
-  }
+  const bool is_isotropic = swarm.orientations == Orientations::isotropic;
+  keys.reject_if(is_isotropic && keys.reads("spread_deg"), "spread_deg",
+                 "is given without orientations: aligned (isotropic axes point everywhere). Remove it.");
+  keys.reject_if(!is_isotropic && spread_deg > 180.0, "spread_deg",
+                 "is " + rounded_text(spread_deg) + " (angles between axes end at 180). Use less.");
 }
 
 void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
@@ -161,10 +157,9 @@ void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
   keys.section("region_m", "Box that holds every bead [m]. Default: the whole domain, across periodic faces too.",
                [&](Keys& region) { declare_limits(region, the_case.fluid, swarm); });
   if (reader != nullptr) read_file_of_places(*reader, swarm);
-  if (keys.describes())
-    keys.describe("file", {{"type", "string"}},
-                  "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
-                  "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+  keys.describe("file", {{"type", "string"}},
+                "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
+                "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
   declare_orientations(keys, swarm);
   keys.choice("phases", swarm.phases, phases_names,
               "Phases of the drives: that of the template (equal), or evenly spread over a period (random).");
@@ -176,10 +171,9 @@ void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
   keys.integer("seed", swarm.seed, Range::not_negative,
                "Of all that is random; the same seed gives the same swarm on every machine.");
   const auto& planes = the_case.fluid.symmetry_planes;
-  if (reader != nullptr && std::ranges::find(planes, true) != planes.end())
-    reader->reject(
-        "template",
-        "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). Remove the planes.");
+  keys.reject_if(
+      std::ranges::find(planes, true) != planes.end(), "template",
+      "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). Remove the planes.");
 }
 
 std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
@@ -397,8 +391,7 @@ void place(Reader& section, Swarm& swarm, Case& the_case) {
 }  // namespace
 
 void declare_swarm(Keys& keys, Case& the_case) {
-  Reader* reader = keys.reader();
-  if (!keys.when(reader != nullptr && reader->has("swarm"))) return;
+  if (!keys.when(keys.reads("swarm"))) return;
   Swarm swarm;
   keys.section("swarm",
                "Copies of a swimmer: beside the entries of swimmers and around all other bodies. The resolved case "

@@ -137,9 +137,8 @@ ordered_json schema_of_parameters() {
 }
 
 void declare(Keys& keys, Sweep& sweep) {
-  if (keys.describes())
-    keys.describe(required("parameters"), schema_of_parameters(),
-                  "Key paths, as with --set, each with a list of values or a range.");
+  keys.describe(required("parameters"), schema_of_parameters(),
+                "Key paths, as with --set, each with a list of values or a range.");
   keys.choice(
       "combine", sweep.combination, combination_names,
       "grid: every combination of the values; zip: the first values of all keys, then the second ones, and so on.");

@@ -15,16 +15,15 @@ using nlohmann::ordered_json;
 
 /// The swimmer's frame in the world: its quaternion, or the shortest rotation of its z axis to `axis`.
 void declare_frame(Keys& keys, Eigen::Vector4d& orientation_wxyz) {
-  Reader* reader = keys.reader();
-  if (keys.when(reader != nullptr && reader->has("axis"))) {
+  if (keys.when(keys.reads("axis"))) {
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
     declare_direction(keys, "axis", axis,
                       "World direction of the swimmer's own z axis, reached by the shortest rotation; it is "
                       "normalised. The shorthand and chains lie along it.");
     orientation_wxyz = rotation_from_z(axis);
-    if (reader != nullptr && reader->has("orientation_wxyz"))
-      reader->reject("orientation_wxyz", "is given together with axis (both turn the swimmer). Remove one.");
-    if (reader != nullptr) return;
+    keys.reject_if(keys.reads("orientation_wxyz"), "orientation_wxyz",
+                   "is given together with axis (both turn the swimmer). Remove one.");
+    if (keys.reader() != nullptr) return;
   }
   declare_orientation(keys, orientation_wxyz,
                       "Orientation of the swimmer's frame at the start: unit quaternion, instead of axis.");
@@ -112,8 +111,8 @@ struct RestLength {
 /// Twice the reduced mass of two beads [kg].
 double mass_of_arm_kg(const Arm& arm, const Swimmer& swimmer) {
   if (swimmer.beads.empty()) return 1.0;
-  const double A = swimmer.beads[static_cast<std::size_t>(arm.bead_A)].mass_kg;
-  const double B = swimmer.beads[static_cast<std::size_t>(arm.bead_B)].mass_kg;
+  const double A = swimmer.beads[static_cast<std::size_t>(arm.body_A)].mass_kg;
+  const double B = swimmer.beads[static_cast<std::size_t>(arm.body_B)].mass_kg;
   return A == B ? A : 2.0 * A * B / (A + B);
 }
 
@@ -122,13 +121,13 @@ void declare_rest_length(Keys& keys, RestLength& rest) {
     keys.number("rest_gap_m", rest.gap_m, Range::positive, "Free distance between the surfaces at rest [m].");
   keys.number("rest_length_m", rest.length_m, Range::positive,
               "Free distance between the centres [m], instead of rest_gap_m. By default that of the beads' places.");
-  if (Reader* reader = keys.reader(); reader != nullptr && rest.gap_m && rest.length_m)
-    reader->reject("rest_length_m", "is given together with rest_gap_m (one follows from the other). Remove one.");
+  keys.reject_if(rest.gap_m && rest.length_m, "rest_length_m",
+                 "is given together with rest_gap_m (one follows from the other). Remove one.");
 }
 
 /// @param rest  of the arm's spring, as it is given
 void declare_arm(Keys& keys, Arm& arm, const Swimmer& swimmer, double step_s, RestLength& rest) {
-  declare_beads_of(keys, swimmer, {&arm.bead_A, &arm.bead_B}, "an arm joins two). Write beads: [A, B].",
+  declare_beads_of(keys, swimmer, {&arm.body_A, &arm.body_B}, "an arm joins two). Write beads: [A, B].",
                    "Names of both beads.");
   keys.section(required("spring"), "Spring between the centres of both beads.", [&](Keys& spring) {
     declare_spring(spring, arm, mass_of_arm_kg(arm, swimmer));
@@ -153,7 +152,7 @@ void place_chain(Reader& swimmer, Swimmer& result, const std::vector<RestLength>
   std::vector<Bead>& beads = result.beads;
   for (std::size_t i = 0; i + 1 < beads.size(); ++i) {
     const auto joins = [&](const Arm& arm) {
-      return std::abs(arm.bead_A - arm.bead_B) == 1 && std::min(arm.bead_A, arm.bead_B) == static_cast<int>(i);
+      return std::abs(arm.body_A - arm.body_B) == 1 && std::min(arm.body_A, arm.body_B) == static_cast<int>(i);
     };
     const auto arm = std::find_if(result.arms.begin(), result.arms.end(), joins);
     const RestLength rest =
@@ -188,8 +187,8 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
     if (!placed && !reader->problems().any_under(reader->path_of("arms"))) place_chain(*reader, swimmer, rests);
     for (std::size_t i = 0; i < swimmer.arms.size(); ++i) {
       Arm& arm = swimmer.arms[i];
-      arm.rest_length_m = rest_length_m(rests[i], swimmer.beads[static_cast<std::size_t>(arm.bead_A)],
-                                        swimmer.beads[static_cast<std::size_t>(arm.bead_B)]);
+      arm.rest_length_m = rest_length_m(rests[i], swimmer.beads[static_cast<std::size_t>(arm.body_A)],
+                                        swimmer.beads[static_cast<std::size_t>(arm.body_B)]);
     }
   }
   keys.list<BendSpecification>(
@@ -202,17 +201,16 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
 }
 
 void declare_phase(Keys& keys, double& phase_deg) {
-  Reader* reader = keys.reader();
-  if (reader != nullptr && reader->has("phase_rad")) {
-    if (reader->has("phase_deg"))
-      reader->reject("phase_deg", "is given together with phase_rad (both set the same). Remove one.");
-    phase_deg = reader->number("phase_rad", Range::any) * (180.0 / std::numbers::pi);
+  if (keys.reads("phase_rad")) {
+    keys.reject_if(keys.reads("phase_deg"), "phase_deg",
+                   "is given together with phase_rad (both set the same). Remove one.");
+    phase_deg = keys.reader()->number("phase_rad", Range::any) * (180.0 / std::numbers::pi);
     return;
   }
   keys.number("phase_deg", phase_deg, Range::any,
               "Phase of the swimmer in degrees: every signal with a period runs late by that part of it, its start and "
               "stop included.");
-  if (keys.describes()) keys.describe("phase_rad", schema_of_number(Range::any), "The same in radians.");
+  keys.describe("phase_rad", schema_of_number(Range::any), "The same in radians.");
 }
 
 }  // namespace
@@ -220,16 +218,13 @@ void declare_phase(Keys& keys, double& phase_deg) {
 void declare_spring(Keys& keys, Arm& arm, double mass_kg) {
   keys.number(required("stiffness_N_per_m"), arm.stiffness_N_per_m, Range::positive, "Stiffness k.");
   keys.number("damping_N_s_per_m", arm.damping_N_s_per_m, Range::not_negative, "Damping γ.");
-  if (keys.describes())
-    keys.describe(
-        "damping_ratio", schema_of_number(Range::not_negative),
-        "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced mass.");
-  Reader* reader = keys.reader();
-  if (reader == nullptr || !reader->has("damping_ratio")) return;
-  const double ratio = reader->number("damping_ratio", Range::not_negative, 0.0);
-  if (reader->has("damping_N_s_per_m"))
-    reader->reject("damping_ratio",
-                   "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
+  keys.describe(
+      "damping_ratio", schema_of_number(Range::not_negative),
+      "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced mass.");
+  if (!keys.reads("damping_ratio")) return;
+  const double ratio = keys.reader()->number("damping_ratio", Range::not_negative, 0.0);
+  keys.reject_if(keys.reads("damping_N_s_per_m"), "damping_ratio",
+                 "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
   arm.damping_N_s_per_m = 2.0 * ratio * std::sqrt(mass_kg * arm.stiffness_N_per_m);
 }
 

@@ -16,8 +16,8 @@ using nlohmann::ordered_json;
 /// A bead of the shorthand: a capsule lies along the swimmer's z axis or along its x axis.
 void declare_bead_of_row(Keys& keys, Bead& bead) {
   declare(keys, bead.shape);
-  if (keys.reader() != nullptr && !is_round(bead.shape))
-    keys.reader()->reject("shape", "is none of sphere and capsule (the shorthand has these). Give the swimmer arms.");
+  keys.reject_if(!is_round(bead.shape), "shape",
+                 "is none of sphere and capsule (the shorthand has these). Give the swimmer arms.");
   const bool is_capsule = bead.shape.kind == ShapeKind::capsule;
   auto orientation =
       z_axis(bead.orientation_wxyz).z() > 0.5 ? BeadOrientation::parallel : BeadOrientation::perpendicular;
@@ -82,8 +82,8 @@ void declare_row(Keys& keys, Swimmer& swimmer) {
 void place_in_a_row(Swimmer& swimmer, Arm arm) {
   const ThreeBeads& row = *swimmer.three_beads;
   for (int i = 0; i < 2; ++i) {
-    arm.bead_A = i;
-    arm.bead_B = i + 1;
+    arm.body_A = i;
+    arm.body_B = i + 1;
     const Bead& A = swimmer.beads[i];
     const Bead& B = swimmer.beads[static_cast<std::size_t>(i) + 1];
     arm.rest_length_m = row.rest_gap_m[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;

@@ -23,13 +23,6 @@ nlohmann::ordered_json number_or_text(const std::string& text) {
   return is_whole ? nlohmann::ordered_json(static_cast<std::int64_t>(*number)) : nlohmann::ordered_json(*number);
 }
 
-std::vector<std::string> split_path(const std::string& path) {
-  std::vector<std::string> parts;
-  std::stringstream stream(path);
-  for (std::string part; std::getline(stream, part, '.');) parts.push_back(part);
-  return parts;
-}
-
 /// Item of a list by its position, or by the `name` it carries.
 Value* find_item(Value& list, const std::string& part) {
   if (const auto index = number_in<std::size_t>(part))
@@ -39,10 +32,6 @@ Value* find_item(Value& list, const std::string& part) {
     if (name != nullptr && name->text == part) return &item;
   }
   return nullptr;
-}
-
-Value* find_child(Value& parent, const std::string& part) {
-  return parent.kind == Value::Kind::sequence ? find_item(parent, part) : parent.find(part);
 }
 
 /// Every origin below `value` becomes `origin`: an assigned value has no lines of its own.
@@ -194,8 +183,9 @@ void Document::apply_parameter_set(bool chosen_by_assignment) {
 
 void Document::assign(const std::string& path, Value value) {
   Value* node = &root_;
-  for (const std::string& part : split_path(path)) {
-    Value* child = find_child(*node, part);
+  std::stringstream parts(path);
+  for (std::string part; std::getline(parts, part, '.');) {
+    Value* child = node->kind == Value::Kind::sequence ? find_item(*node, part) : node->find(part);
     if (node->kind == Value::Kind::sequence && std::ranges::any_of(node->items, [&](const Value& item) {
           const Value* name = item.find("name");
           return &item != child && name != nullptr && name->text == part;
@@ -254,10 +244,6 @@ CaseInvalid::CaseInvalid(const Origin& origin, const std::string& message)
 void Problems::error(const std::string& path, const std::string& message) {
   if (at_or_below(path, "swarm.template") && !kinds_of_template_.insert(path + kind_of(message)).second) return;
   error_at(document_.locate(path), path, message);
-}
-
-void Problems::error_at(const Origin& origin, const std::string& path, const std::string& message) {
-  errors_.push_back({origin, path, to_string(origin) + ": error: " + message});
 }
 
 void Problems::warning(const std::string& path, const std::string& message) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -124,7 +123,9 @@ class Problems {
   /// The same of the value at `path`.
   /// @param problem  "is 3 (why). What to do.": what follows the path in the message
   void reject(const std::string& path, const std::string& problem) { error(path, path + " " + problem); }
-  void error_at(const Origin& origin, const std::string& path, const std::string& message);
+  void error_at(const Origin& origin, const std::string& path, const std::string& message) {
+    errors_.push_back({origin, path, to_string(origin) + ": error: " + message});
+  }
   /// The first of several that differ in names and numbers only stands for all of them.
   void warning(const std::string& path, const std::string& message);
   void warn(const std::string& path, const std::string& problem) { warning(path, path + " " + problem); }

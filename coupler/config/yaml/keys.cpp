@@ -11,16 +11,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json schema_of_object() {
-  return {{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
-}
-
-ordered_json schema_of_words(std::span<const char* const> names) {
-  ordered_json schema{{"enum", ordered_json::array()}};
-  for (const char* name : names) schema["enum"].push_back(name);
-  return schema;
-}
-
 ordered_json form_of_text() { return {{"type", "string"}}; }
 
 ordered_json with_default(ordered_json schema, const ordered_json& value, const Key& key) {
@@ -68,12 +58,27 @@ ordered_json schema_of_list(ordered_json item, std::size_t count) {
   return schema;
 }
 
+ordered_json schema_of_file(const std::string& kind, const char* description,
+                            const std::function<void(Keys&)>& declare) {
+  ordered_json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+                      {"$id", kind + ".schema.json"},
+                      {"title", "Copepod " + kind},
+                      {"description", description}};
+  ordered_json keys_only;
+  Keys keys = Keys::describing(keys_only);
+  declare(keys);
+  schema.update(keys_only);
+  return schema;
+}
+
 Keys Keys::describing(ordered_json& schema) {
-  if (schema.is_null()) schema = schema_of_object();
+  if (schema.is_null())
+    schema = {{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
   return {nullptr, nullptr, &schema};
 }
 
 void Keys::describe(const Key& key, const ordered_json& form, const char* description) {
+  if (!describes()) return;
   ordered_json described{{"description", description}};
   described.update(form);
   ordered_json& properties = (*schema_)["properties"];
@@ -106,7 +111,7 @@ void Keys::number(const Key& key, double& value, Range range, const char* descri
 void Keys::number(const Key& key, std::optional<double>& value, Range range, const char* description) {
   if (reader_ != nullptr && reader_->has(key.name)) value = reader_->number(key.name, range);
   if (resolved_ != nullptr && value) (*resolved_)[key.name] = *value;
-  if (describes()) describe(key, schema_of_number(range), description);
+  describe(key, schema_of_number(range), description);
 }
 
 void Keys::number_or(const Key& key, std::optional<double>& value, Range range, const char* word_of_none,
@@ -130,7 +135,6 @@ void Keys::number_or(const Key& key, std::optional<double>& value, Range range, 
     (*resolved_)[key.name] = !value                           ? ordered_json(word_of_none)
                              : *value == 0.0 && !zero.empty() ? ordered_json(zero)
                                                               : ordered_json(*value);
-  if (!describes()) return;
   ordered_json words{word_of_none};
   if (!zero.empty()) words.push_back(zero);
   describe(key, {{"anyOf", {{{"enum", words}}, schema_of_number(range)}}, {"default", word_of_none}}, description);
@@ -196,7 +200,7 @@ void Keys::flag(const Key& key, bool& value, const char* description) {
 std::size_t Keys::choose(const Key& key, std::size_t place, std::span<const char* const> names,
                          const char* description) {
   if (resolved_ != nullptr) (*resolved_)[key.name] = names[place];
-  if (describes()) describe(key, with_default(schema_of_words(names), names[place], key), description);
+  describe(key, with_default({{"enum", names}}, names[place], key), description);
   if (reader_ == nullptr) return place;
   const std::size_t found = reader_->choose(key.name, {names.begin(), names.end()}, key.is_required());
   return found < names.size() ? found : place;
@@ -231,10 +235,6 @@ void Keys::either(const Key& key, const std::function<void(Keys&)>& declare) {
   known.erase("description");
   both["anyOf"] = {std::move(known), std::move(below)};
   known = std::move(both);
-}
-
-std::size_t Keys::size_of(const Key& key, std::size_t known) const {
-  return reader_ != nullptr ? reader_->size(key.name) : std::max<std::size_t>(known, 1);
 }
 
 void Keys::items(const Key& key, std::size_t count, const char* description,

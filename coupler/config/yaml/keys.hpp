@@ -87,6 +87,15 @@ class Keys {
   [[nodiscard]] Reader* reader() const { return reader_; }                      ///< nullptr unless a case is read
   [[nodiscard]] nlohmann::ordered_json* resolved() const { return resolved_; }  ///< nullptr unless one is written
   [[nodiscard]] bool describes() const { return schema_ != nullptr; }
+  [[nodiscard]] bool reads(const char* key) const { return reader_ != nullptr && reader_->has(key); }
+  /// Reports that a key which is read cannot be used, if `is_wrong`.
+  /// @param problem  as for Reader::reject
+  void reject_if(bool is_wrong, const std::string& key, const std::string& problem) {
+    if (reader_ != nullptr && is_wrong) reader_->reject(key, problem);
+  }
+  void write(const char* key, const nlohmann::ordered_json& value) {
+    if (resolved_ != nullptr) (*resolved_)[key] = value;
+  }
   void describe(const Key& key, const nlohmann::ordered_json& form, const char* description);
   /// Adds to the description of a key, or of the section: bounds, the pattern of a text, which keys go together.
   void describe_also(const char* key, const nlohmann::ordered_json& more);
@@ -104,7 +113,9 @@ class Keys {
   void items(const Key& key, std::size_t count, const char* description,
              const std::function<void(Keys&, std::size_t)>& declare);
   /// Of a list that is read; 1 where it is described.
-  [[nodiscard]] std::size_t size_of(const Key& key, std::size_t known) const;
+  [[nodiscard]] std::size_t size_of(const Key& key, std::size_t known) const {
+    return reader_ != nullptr ? reader_->size(key.name) : std::max<std::size_t>(known, 1);
+  }
 
   Reader* reader_;
   nlohmann::ordered_json* resolved_;
@@ -115,6 +126,9 @@ class Keys {
 nlohmann::ordered_json schema_of_number(Range range);
 nlohmann::ordered_json schema_of_integer(Range range);
 nlohmann::ordered_json schema_of_list(nlohmann::ordered_json item, std::size_t count);  ///< 0: any number of items
+/// Of a whole file, a "case" or a "campaign".
+nlohmann::ordered_json schema_of_file(const std::string& kind, const char* description,
+                                      const std::function<void(Keys&)>& declare);
 
 template <typename E, std::size_t N>
 void Keys::choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {

@@ -9,13 +9,9 @@
 namespace copepod::coupler {
 namespace {
 
-const char* kind_name(const Value& value) {
-  constexpr std::array names{"nothing", "a single value", "a list", "a section"};
-  return names[static_cast<std::size_t>(value.kind)];
-}
-
 std::string quoted(const Value& value) {
-  return value.kind == Value::Kind::scalar ? "'" + value.text + "'" : std::string(kind_name(value));
+  const std::array<std::string, 4> kinds{"nothing", "'" + value.text + "'", "a list", "a section"};
+  return kinds[static_cast<std::size_t>(value.kind)];
 }
 
 }  // namespace
@@ -40,8 +36,6 @@ Reader::~Reader() {
                            hint_for(entry.key, known, problems_.all_keys()));
   }
 }
-
-bool Reader::has(const std::string& key) { return raw(key) != nullptr; }
 
 const Value* Reader::raw(const std::string& key) {
   known_.insert(key);
@@ -194,14 +188,6 @@ std::size_t Reader::choose(const std::string& key, const std::vector<std::string
   return names.size();
 }
 
-Reader Reader::section(const std::string& key) { return {raw(key), path_of(key), problems_}; }
-
-Reader Reader::item(const std::string& key, std::size_t index) {
-  return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_};
-}
-
-Reader Reader::invented(const std::string& key) { return {mapping_->find(key), path_of(key), problems_}; }
-
 std::size_t Reader::size(const std::string& key) {
   const Value* value = raw(key);
   if (value == nullptr) return 0;
@@ -209,12 +195,6 @@ std::size_t Reader::size(const std::string& key) {
   reject(key, "is " + quoted(*value) + " (a list is needed). Start each entry with a dash.");
   return 0;
 }
-
-void Reader::reject(const std::string& key, const std::string& problem) { problems_.reject(path_of(key), problem); }
-
-void Reader::accept_all() { accepts_all_ = true; }
-
-std::string Reader::path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
 
 std::vector<std::string> split_command(const std::string& command) {
   std::vector<std::string> words;

@@ -26,7 +26,7 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
   ~Reader();
 
-  [[nodiscard]] bool has(const std::string& key);
+  [[nodiscard]] bool has(const std::string& key) { return raw(key) != nullptr; }
 
   /// Without `otherwise` the key is required.
   double number(const std::string& key, Range range, std::optional<double> otherwise = {});
@@ -44,21 +44,23 @@ class Reader {
   std::size_t choose(const std::string& key, const std::vector<std::string>& names, bool required);
 
   /// Reader of a section; an absent one reads as empty, so that all its defaults apply.
-  Reader section(const std::string& key);
+  Reader section(const std::string& key) { return {raw(key), path_of(key), problems_}; }
   /// Reader of an item of the list `key`.
-  Reader item(const std::string& key, std::size_t index);
+  Reader item(const std::string& key, std::size_t index) {
+    return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_};
+  }
   /// Reader of a section whose key the user invented; `accept_all` makes it known.
-  Reader invented(const std::string& key);
+  Reader invented(const std::string& key) { return {mapping_->find(key), path_of(key), problems_}; }
   [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
   /// The raw value of a key, nullptr if absent.
   const Value* raw(const std::string& key);
   /// Reports that the value of a key cannot be used.
   /// @param problem  "is 3 (why). What to do.": what follows the key's path in the message
-  void reject(const std::string& key, const std::string& problem);
+  void reject(const std::string& key, const std::string& problem) { problems_.reject(path_of(key), problem); }
   /// Marks every key of the mapping as known: for sections whose keys the user invents.
-  void accept_all();
+  void accept_all() { accepts_all_ = true; }
 
-  [[nodiscard]] std::string path_of(const std::string& key) const;
+  [[nodiscard]] std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
   [[nodiscard]] Problems& problems() { return problems_; }
 
  private:

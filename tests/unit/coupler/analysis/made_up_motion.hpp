@@ -31,8 +31,8 @@ inline Swimmer three_spheres() {
   swimmer.three_beads = ThreeBeads{{8 * cell_m, 8 * cell_m}, {1e-5, period, period / 4, 3}};
   for (int i = 0; i < 2; ++i) {
     Arm& arm = swimmer.arms.emplace_back();
-    arm.bead_A = i;
-    arm.bead_B = i + 1;
+    arm.body_A = i;
+    arm.body_B = i + 1;
     Signal& signal = arm.drive.emplace().signal;
     signal.kind = SignalKind::sinusoid;
     signal.period_steps = period;
