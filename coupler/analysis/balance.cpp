@@ -40,12 +40,11 @@ void Balance::add_motion(const Kinematics& kinematics, Eigen::Vector3d& momentum
 }
 
 nlohmann::ordered_json Balance::report() const {
-  const auto list = [](const Eigen::Vector3d& v) { return nlohmann::ordered_json{v[0], v[1], v[2]}; };
   return {{"momentum_N_s",
-           {{"bodies_at_start", list(sums_.start_kg_m_per_s)},
-            {"bodies_at_end", list(end_kg_m_per_s_)},
-            {"from_fluid", list(sums_.from_fluid_N_s)},
-            {"from_drive", list(sums_.from_drive_N_s)}}},
+           {{"bodies_at_start", sums_.start_kg_m_per_s},
+            {"bodies_at_end", end_kg_m_per_s_},
+            {"from_fluid", sums_.from_fluid_N_s},
+            {"from_drive", sums_.from_drive_N_s}}},
           {"energy_J",
            {{"bodies_at_start", sums_.start_J},
             {"bodies_at_end", end_J_},

@@ -207,8 +207,6 @@ bool have_cycles(const std::vector<Group>& groups) {
   return std::ranges::any_of(groups, [](const Group& group) { return group.period_steps > 0; });
 }
 
-CycleObserver::CycleObserver(std::vector<Group> groups) : groups_(std::move(groups)), sums_(groups_.size()) {}
-
 void CycleObserver::observe(const StepRecord& record) {
   for (std::size_t i = 0; i < groups_.size(); ++i) {
     const Group& group = groups_[i];

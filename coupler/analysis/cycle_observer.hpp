@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "analysis/cycle.hpp"
@@ -45,7 +46,7 @@ struct CycleSums {
 /// [docs/theory.md, (C7), (C8), (C13)–(C15)].
 class CycleObserver final : public Observer {
  public:
-  explicit CycleObserver(std::vector<Group> groups);
+  explicit CycleObserver(std::vector<Group> groups) : groups_(std::move(groups)), sums_(groups_.size()) {}
 
   /// @param table  receives every cycle that ends; must outlive this object
   void write_to(CycleTable& table) { table_ = &table; }

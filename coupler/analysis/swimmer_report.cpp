@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/swimmer_figures.hpp"
-#include "config/load_case.hpp"
 #include "config/setups.hpp"
 #include "geometry/neighbour_grid.hpp"
 

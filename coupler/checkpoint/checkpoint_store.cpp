@@ -125,9 +125,6 @@ std::string find_damage(const fs::path& folder, const std::string& case_key) {
   return {};
 }
 
-CheckpointStore::CheckpointStore(fs::path folder, std::string case_key)
-    : folder_(std::move(folder)), case_key_(std::move(case_key)) {}
-
 void CheckpointStore::prepare(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
   const fs::path draft = folder_ / draft_name;
   or_remove_draft([&] {

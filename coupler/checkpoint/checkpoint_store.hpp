@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "checkpoint/coupler_state.hpp"
@@ -38,7 +39,8 @@ struct FoundCheckpoint {
 class CheckpointStore {
  public:
   /// @param case_key  what makes two runs the same case; a checkpoint of another one is not used
-  CheckpointStore(std::filesystem::path folder, std::string case_key);
+  CheckpointStore(std::filesystem::path folder, std::string case_key)
+      : folder_(std::move(folder)), case_key_(std::move(case_key)) {}
 
   /// First phase: lets both solvers save, and saves the coupler's state beside them. Legal between two steps.
   /// @throws StorageError, and what the solvers throw; older checkpoints stay as they are

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "geometry/actuator_loads.hpp"
-
 namespace copepod::coupler {
 
 namespace {
@@ -145,10 +143,6 @@ void DrivingProtocol::sample(std::int64_t step, std::span<const double> nodes, E
     }
     if (actuators_[i].kind == ActuatorKind::joint_motion) actuation.row(i).array() -= value_of(signal, 0, 0.0);
   }
-}
-
-void DrivingProtocol::loads(const Kinematics& kinematics, const Eigen::MatrixXd& actuation, Loads& loads) const {
-  drive_loads(actuators_, actuation.col(0), kinematics, loads);
 }
 
 }  // namespace copepod::coupler

@@ -9,6 +9,7 @@
 
 #include "contract/body_setup.hpp"
 #include "contract/exchange.hpp"
+#include "geometry/actuator_loads.hpp"
 
 namespace copepod::coupler {
 
@@ -72,7 +73,9 @@ class DrivingProtocol {
   /// What the values at the start of a step exert on the bodies.
   /// @param kinematics  at the start of the step
   /// @param loads       resized and overwritten
-  void loads(const Kinematics& kinematics, const Eigen::MatrixXd& actuation, Loads& loads) const;
+  void loads(const Kinematics& kinematics, const Eigen::MatrixXd& actuation, Loads& loads) const {
+    drive_loads(actuators_, actuation.col(0), kinematics, loads);
+  }
 
  private:
   std::vector<ActuatorSpecification> actuators_;

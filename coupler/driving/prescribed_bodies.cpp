@@ -1,7 +1,6 @@
 #include "driving/prescribed_bodies.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "contract/errors.hpp"

@@ -15,8 +15,6 @@ void Progress::observe(const StepRecord& record) {
   report(record.step, now);
 }
 
-void Progress::finish(const StepRecord& last) { report(last.step, Clock::now()); }
-
 void Progress::report(std::int64_t step, Clock::time_point now) {
   reported_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - started_).count();

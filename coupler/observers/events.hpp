@@ -37,7 +37,7 @@ class Progress final : public Observer {
   Progress(Events& events, std::int64_t steps) : events_(events), steps_(steps) {}
 
   void observe(const StepRecord& record) override;
-  void finish(const StepRecord& last) override;
+  void finish(const StepRecord& last) override { report(last.step, Clock::now()); }
 
  private:
   using Clock = std::chrono::steady_clock;

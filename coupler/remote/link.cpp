@@ -11,7 +11,6 @@
 
 #include "recording/recorder.hpp"
 #include "session/coupler_session.hpp"
-#include "system/process.hpp"
 
 namespace copepod::coupler {
 
@@ -80,9 +79,6 @@ void Link::await_components() {
     }
   }
 }
-
-const Capabilities& Link::fluid_capabilities() const { return parties_.of(Role::fluid).hello.capabilities; }
-const Capabilities& Link::body_capabilities() const { return parties_.of(Role::body).hello.capabilities; }
 
 void Link::stay_in_touch_during(const std::function<void()>& work) {
   std::future<void> done = std::async(std::launch::async, work);
@@ -176,10 +172,6 @@ void Link::handle(const transport::Frame& frame) {
     if (party == nullptr) throw;
     throw violation(*party, party->session.current_step(), error);
   }
-}
-
-void Link::shake_hands(const transport::Frame& frame) {
-  if (const std::string refused = handshake_.handle(frame, now_s()); !refused.empty()) log_remark(refused);
 }
 
 /// Strangers may come in any number: from some on only a few of them are mentioned.

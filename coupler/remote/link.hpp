@@ -10,6 +10,7 @@
 #include "contract/errors.hpp"
 #include "conversion/limits.hpp"
 #include "remote/handshake.hpp"
+#include "system/process.hpp"
 #include "transport/lanes.hpp"
 
 namespace copepod::coupler {
@@ -54,8 +55,12 @@ class Link {
   void await_components();
 
   /// Legal after await_components.
-  [[nodiscard]] const Capabilities& fluid_capabilities() const;
-  [[nodiscard]] const Capabilities& body_capabilities() const;
+  [[nodiscard]] const Capabilities& fluid_capabilities() const {
+    return parties_.of(session::Role::fluid).hello.capabilities;
+  }
+  [[nodiscard]] const Capabilities& body_capabilities() const {
+    return parties_.of(session::Role::body).hello.capabilities;
+  }
 
   /// Runs a long task of the coupler in another thread and pings the components meanwhile; otherwise they
   /// would take the coupler for lost.
@@ -90,7 +95,9 @@ class Link {
   void send_request(Party& party);
   [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
   void handle(const transport::Frame& frame);
-  void shake_hands(const transport::Frame& frame);
+  void shake_hands(const transport::Frame& frame) {
+    if (const std::string refused = handshake_.handle(frame, now_s()); !refused.empty()) log_remark(refused);
+  }
   void log_remark(const std::string& text);
   void handle_data(Party& party, const transport::Frame& frame);
   void handle_control(Party& party, const transport::Frame& frame);

@@ -103,10 +103,4 @@ std::unique_ptr<BodySolver> RemoteComponents::make_body(const BodySetup& setup, 
   return std::make_unique<RemoteBody>(*link_, setup, first_step);
 }
 
-void RemoteComponents::stay_in_touch_during(const std::function<void()>& work) { link_->stay_in_touch_during(work); }
-
-void RemoteComponents::abort(const FailureReport& report) noexcept {
-  if (link_) link_->abort(report);
-}
-
 }  // namespace copepod::coupler

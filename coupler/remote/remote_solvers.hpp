@@ -77,8 +77,10 @@ class RemoteComponents final : public Components {
   std::unique_ptr<FluidSolver> make_fluid(const FluidSetup& setup, std::int64_t first_step) override;
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) override;
   void finish() override { link_->finish(); }
-  void stay_in_touch_during(const std::function<void()>& work) override;
-  void abort(const FailureReport& report) noexcept override;
+  void stay_in_touch_during(const std::function<void()>& work) override { link_->stay_in_touch_during(work); }
+  void abort(const FailureReport& report) noexcept override {
+    if (link_) link_->abort(report);
+  }
 
  private:
   LinkSettings settings_;

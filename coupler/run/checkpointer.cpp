@@ -78,8 +78,6 @@ Checkpointer::Checkpointer(const CheckpointStore& store, Components& components,
   signals_.stop_waits_for_checkpoint.store(able_ == Ability::saves);
 }
 
-Checkpointer::~Checkpointer() { signals_.stop_waits_for_checkpoint.store(false); }
-
 bool Checkpointer::wants_pause(std::int64_t step) {
   if (const int signal = signals_.stop.load(); signal != 0) throw Interrupted(signal, step);
   if (able_ == Ability::none) return false;

@@ -77,7 +77,7 @@ class Checkpointer {
                std::int64_t first_step, std::int64_t first_of_run, RunSignals& signals, Events& events);
   Checkpointer(const Checkpointer&) = delete;
   Checkpointer& operator=(const Checkpointer&) = delete;
-  ~Checkpointer();
+  ~Checkpointer() { signals_.stop_waits_for_checkpoint.store(false); }
 
   /// Whether the run should pause before `step`; never before the first one, where there is nothing to save.
   /// @throws Interrupted if a signal asked the run to end now

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
+#include <spdlog/fmt/bin_to_hex.h>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis/cycle_observer.hpp"
@@ -150,9 +151,7 @@ ordered_json with_accepted(const std::set<std::string>& features) {
 /// The setup that a component receives, for its `--estimate`.
 template <class Setup>
 std::string in_hex(const Setup& setup) {
-  std::string digits;
-  for (const unsigned char byte : conversion::to_bytes(setup)) digits += fmt::format("{:02x}", byte);
-  return digits;
+  return fmt::format("{:spn}", spdlog::to_hex(conversion::to_bytes(setup)));
 }
 
 /// Peak resident memory of the coupler's own process [bytes]; components estimate theirs (`--estimate`).

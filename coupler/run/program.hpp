@@ -12,7 +12,6 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/case.hpp"
-#include "contract/errors.hpp"
 #include "run/checkpointer.hpp"
 #include "run/components.hpp"
 

@@ -26,10 +26,6 @@ std::int64_t first_step(const std::optional<FoundCheckpoint>& checkpoint) {
 
 }  // namespace
 
-CaseRun::CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
-                 RunSignals& signals)
-    : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
-
 void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch,
                   const std::function<void(const Capabilities&, const Capabilities&, std::int64_t)>& on_ready) {
   const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));

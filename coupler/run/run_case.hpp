@@ -25,7 +25,8 @@ class CaseRun {
  public:
   /// References must outlive this object.
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
-          RunSignals& signals);
+          RunSignals& signals)
+      : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
 
   /// @param branch    where a run starts that is Beginning::branched
   /// @param on_ready  called with the first step, once both components are connected and the checkpoint was found

@@ -1,14 +1,12 @@
 #include "run/summary.hpp"
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <ctime>
 #include <fstream>
 #include <regex>
 
 #include <nlohmann/json.hpp>
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/chrono.h>
 
 #include "config/sections/sections.hpp"
 #include "contract/digest.hpp"
@@ -96,20 +94,7 @@ bool is_of_the_start(const std::string& key, const std::vector<SingleBody>& bodi
 }
 
 /// Now, as "2012-05-03T14:15:16Z".
-std::string utc_now() {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  std::array<char, 32> text{};
-  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text.data();
-}
-
-/// The provenance that a resumed run finds; not an object if there is none.
-nlohmann::ordered_json last_provenance(const RunDirectory& directory) {
-  std::ifstream stream(directory.provenance());
-  return nlohmann::ordered_json::parse(stream, nullptr, false);
-}
+std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 /// Added to the attempts which that one found; JSON list.
 std::string earlier_attempts(nlohmann::ordered_json last) {
@@ -190,14 +175,11 @@ Provenance::Provenance(const RunDirectory& directory, std::string command_line, 
       start_(utc_now()),
       earlier_("[]") {
   if (!resumed) return;
-  const nlohmann::ordered_json last = last_provenance(directory);
+  std::ifstream stream(directory.provenance());
+  const nlohmann::ordered_json last = nlohmann::ordered_json::parse(stream, nullptr, false);
   if (!last.is_object()) return;
   earlier_ = earlier_attempts(last);
   branched_from_ = last.value("branched_from", nlohmann::ordered_json(nullptr)).dump();
-}
-
-void Provenance::set_components(const Capabilities& fluid, const Capabilities& body) {
-  components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
 }
 
 void Provenance::set_branch(const Branch& branch, std::int64_t step) {
@@ -206,8 +188,6 @@ void Provenance::set_branch(const Branch& branch, std::int64_t step) {
   for (const auto& [key, values] : branch.changed) changed[key] = {{"was", values.first}, {"is", values.second}};
   branched_from_ = ordered_json{{"directory", branch.directory.string()}, {"step", step}, {"changed", changed}}.dump();
 }
-
-void Provenance::write_start() { write("running", -1, "", ""); }
 
 void Provenance::write_end(ExitCode code, const std::string& reason) {
   write(code == ExitCode::finished ? "finished" : "failed", static_cast<int>(code), reason, utc_now());
@@ -244,10 +224,8 @@ std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, 
   digest.add(fluid.digest);
   digest.add(body.digest);
   digest.add(static_cast<std::uint64_t>(kinematics.step));
-  digest.add_all(kinematics.position_m);
-  digest.add_all(kinematics.orientation_wxyz);
-  digest.add_all(kinematics.velocity_m_per_s);
-  digest.add_all(kinematics.angular_velocity_rad_per_s);
+  digest.add_all(kinematics.position_m, kinematics.orientation_wxyz, kinematics.velocity_m_per_s,
+                 kinematics.angular_velocity_rad_per_s);
   return digest.value();
 }
 

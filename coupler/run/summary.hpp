@@ -15,7 +15,6 @@
 #include "contract/capabilities.hpp"
 #include "contract/errors.hpp"
 #include "contract/exchange.hpp"
-#include "contract/fluid_solver.hpp"
 #include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
@@ -61,11 +60,13 @@ class Provenance {
   /// @param build  identifies the programs of the run; empty: unknown
   Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks, bool resumed);
 
-  void set_components(const Capabilities& fluid, const Capabilities& body);
+  void set_components(const Capabilities& fluid, const Capabilities& body) {
+    components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
+  }
   /// @param step  of the checkpoint that the run starts from
   void set_branch(const Branch& branch, std::int64_t step);
   void set_notices(std::vector<std::string> notices) { notices_ = std::move(notices); }
-  void write_start();
+  void write_start() { write("running", -1, "", ""); }
   void write_end(ExitCode code, const std::string& reason);
 
  private:

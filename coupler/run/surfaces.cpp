@@ -41,11 +41,6 @@ ordered_json surface_of(const Shape& shape, int around) {
   return {{"radius_m", radius_m}, {"unit_m", unit_m}, {"points", points}, {"triangles", triangles}};
 }
 
-template <class Vector>
-std::vector<double> numbers_of(const Vector& vector) {
-  return {vector.begin(), vector.end()};
-}
-
 }  // namespace
 
 ordered_json surfaces_of(const LoadedCase& loaded) {
@@ -69,8 +64,8 @@ ordered_json surfaces_of(const LoadedCase& loaded) {
   ordered_json obstacles = ordered_json::array();
   for (const ObstacleSpecification& obstacle : loaded.content.fluid.obstacles)
     obstacles.push_back({{"surface", number_of(obstacle.shape)},
-                         {"position_m", numbers_of(obstacle.position_m)},
-                         {"orientation_wxyz", numbers_of(obstacle.orientation_wxyz)}});
+                         {"position_m", obstacle.position_m},
+                         {"orientation_wxyz", obstacle.orientation_wxyz}});
   return {{"surfaces", surfaces}, {"bodies", by_body}, {"obstacles", obstacles}};
 }
 

@@ -242,6 +242,4 @@ void SerialExplicit::couple() {
   observer_.observe({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_});
 }
 
-void SerialExplicit::finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_}); }
-
 }  // namespace copepod::coupler

@@ -180,7 +180,7 @@ class SerialExplicit {
   void restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics);
 
   /// Hands the final state to the observer.
-  void finish();
+  void finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_}); }
 
   /// Step that comes next, and the state of motion at its start.
   [[nodiscard]] std::int64_t step() const { return step_; }

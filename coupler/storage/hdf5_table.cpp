@@ -1,7 +1,6 @@
 #include "storage/hdf5_table.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cassert>
 #include <cerrno>
@@ -9,7 +8,6 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <limits>
-#include <numeric>
 #include <unistd.h>
 #include <utility>
 
@@ -185,10 +183,6 @@ std::optional<Checksum> checksum_of_samples(int file, const TableEnd& end) {
 
 }  // namespace
 
-std::uint64_t Hdf5Layout::sample_bytes() const {
-  return std::accumulate(column_bytes.begin(), column_bytes.end(), std::uint64_t{0});
-}
-
 /// Before a block lie those before it, each with its leaves, and the nodes of higher levels that began in them.
 std::uint64_t Hdf5Layout::block_at(std::uint64_t block) const {
   std::uint64_t nodes = block;
@@ -284,10 +278,6 @@ void Hdf5Table::flush() {
   resize(layout_.group_at(flushed_group_ + 2 * room_ + 1));
   write_head(layout_.group_at(flushed_group_ + room_ + 1));
   flushed_ = Clock::now();
-}
-
-std::uint64_t Hdf5Table::newest_group() const {
-  return (std::max<std::uint64_t>(samples_, 1) - 1) / layout_.samples_per_group;
 }
 
 /// Indexes it, before there are samples in it.

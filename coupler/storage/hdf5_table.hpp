@@ -1,11 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "storage/checksum.hpp"
@@ -44,7 +45,9 @@ struct Hdf5Layout {
   std::uint64_t node_bytes = 0;   ///< of one node of every column
   std::uint64_t first_block = 0;  ///< where block 0 begins
 
-  [[nodiscard]] std::uint64_t sample_bytes() const;
+  [[nodiscard]] std::uint64_t sample_bytes() const {
+    return std::accumulate(column_bytes.begin(), column_bytes.end(), std::uint64_t{0});
+  }
   [[nodiscard]] std::uint64_t group_bytes() const { return samples_per_group * sample_bytes(); }
   [[nodiscard]] std::uint64_t block_at(std::uint64_t block) const;
   [[nodiscard]] std::uint64_t group_at(std::uint64_t group) const;
@@ -85,7 +88,9 @@ class Hdf5Table final : public TableFile {
   void write_nodes(std::uint64_t level, std::uint64_t group);
   void write_counts(std::uint64_t group);
   void write_head(std::uint64_t end_of_file);
-  [[nodiscard]] std::uint64_t newest_group() const;
+  [[nodiscard]] std::uint64_t newest_group() const {
+    return (std::max<std::uint64_t>(samples_, 1) - 1) / layout_.samples_per_group;
+  }
 
   std::vector<Hdf5Column> columns_;
   std::string rows_name_;

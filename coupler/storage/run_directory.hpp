@@ -1,7 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
+#include <system_error>
+
+#include <spdlog/fmt/fmt.h>
+
+#include "contract/errors.hpp"
 
 namespace copepod::coupler {
 
@@ -10,7 +14,9 @@ class RunDirectory {
  public:
   /// Creates the folder and logs/ in it if they are missing.
   /// @throws StorageError if that fails
-  explicit RunDirectory(const std::filesystem::path& root);
+  explicit RunDirectory(const std::filesystem::path& root) : root_(std::filesystem::absolute(root)) {
+    make_folder(root_ / "logs");
+  }
 
   [[nodiscard]] const std::filesystem::path& root() const { return root_; }
   [[nodiscard]] std::filesystem::path resolved_case() const { return root_ / "case.yaml"; }
@@ -28,12 +34,34 @@ class RunDirectory {
 
   /// A file for the messages of this attempt that does not exist yet: wire/attempt_001.rec, …
   /// @throws StorageError if wire/ cannot be made
-  [[nodiscard]] std::filesystem::path new_wire_file() const;
+  [[nodiscard]] std::filesystem::path new_wire_file() const {
+    make_folder(root_ / "wire");
+    return first_free(root_ / "wire", ".rec");
+  }
   /// A new folder for the phases of this attempt: trace/attempt_001, …
   /// @throws StorageError
-  [[nodiscard]] std::filesystem::path new_trace_folder() const;
+  [[nodiscard]] std::filesystem::path new_trace_folder() const {
+    const std::filesystem::path folder = first_free(root_ / "trace", "");
+    make_folder(folder);
+    return folder;
+  }
 
  private:
+  static void make_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (!error) return;
+    throw StorageError(folder.string() + " cannot be created (" + error.message() + "). Choose another --out folder.");
+  }
+
+  /// A resumed run finds the recordings of the attempts before it.
+  static std::filesystem::path first_free(const std::filesystem::path& folder, const char* extension) {
+    for (int attempt = 1;; ++attempt) {
+      const std::filesystem::path file = folder / fmt::format("attempt_{:03}{}", attempt, extension);
+      if (!std::filesystem::exists(file)) return file;
+    }
+  }
+
   std::filesystem::path root_;  ///< absolute
 };
 
