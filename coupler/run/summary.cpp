@@ -224,8 +224,10 @@ std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, 
   digest.add(fluid.digest);
   digest.add(body.digest);
   digest.add(static_cast<std::uint64_t>(kinematics.step));
-  digest.add_all(kinematics.position_m, kinematics.orientation_wxyz, kinematics.velocity_m_per_s,
-                 kinematics.angular_velocity_rad_per_s);
+  digest.add_all(kinematics.position_m);
+  digest.add_all(kinematics.orientation_wxyz);
+  digest.add_all(kinematics.velocity_m_per_s);
+  digest.add_all(kinematics.angular_velocity_rad_per_s);
   return digest.value();
 }
 

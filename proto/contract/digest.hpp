@@ -23,12 +23,9 @@ class Digest {
   constexpr void add(std::uint64_t value) { state_ = mix_bits(state_ ^ value); }
   constexpr void add(double value) { add(std::bit_cast<std::uint64_t>(value)); }
   constexpr void add(float value) { add(std::uint64_t{std::bit_cast<std::uint32_t>(value)}); }
-  /// All numbers of ranges or, column by column, of matrices.
-  constexpr void add_all(const auto&... all) {
-    const auto add_each = [this](const auto& values) {
-      for (auto value = values.data(); value != values.data() + values.size(); ++value) add(*value);
-    };
-    (add_each(all), ...);
+  /// All numbers of a range or, column by column, of a matrix.
+  constexpr void add_all(const auto& values) {
+    for (auto value = values.data(); value != values.data() + values.size(); ++value) add(*value);
   }
   [[nodiscard]] constexpr std::uint64_t value() const { return state_; }
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <ranges>
 #include <set>
 
 #include "config/checks/checks.hpp"
@@ -16,8 +15,10 @@ namespace {
 std::string known_names(const Assembly& assembly) {
   constexpr std::size_t most = 8;
   std::vector<std::string> names;
-  for (const BodySpecification& body : assembly.bodies | std::views::take(most)) names.push_back(body.name);
-  return listed(names) + (assembly.bodies.size() > most ? ", …" : "");
+  for (const BodySpecification& body : assembly.bodies) names.push_back(body.name);
+  const bool all_fit = names.size() <= most;
+  if (!all_fit) names.resize(most);
+  return listed(names) + (all_fit ? "" : ", …");
 }
 
 bool rests(const BodySpecification& body) {

@@ -148,7 +148,7 @@ void add_case_springs_and_bends(const Case& the_case, const BodyNumbers& numbers
 /// The world is always the second body. Where it was the first, the axis is turned round, for the same motion.
 JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers, const Assembly& assembly) {
   const bool exchanged = named.bodies[0] == NamedJoint::world;
-  JointSpecification joint = named;
+  JointSpecification joint = static_cast<const JointSpecification&>(named);
   joint.body_A = number_of(numbers, named.bodies[exchanged ? 1 : 0]);
   joint.body_B = number_of(numbers, named.bodies[exchanged ? 0 : 1]);
   if (joint.kind == JointKind::model) return joint;
