@@ -99,5 +99,45 @@ TEST(Inflow, OfAParabolaIsTheFlowBetweenWallsUpToTheOutflow) {
   EXPECT_NEAR(speed_at(coarse, 0, false, 29, 5), 4e-3 * (5.5 / 12.0) * (6.5 / 12.0), 1e-5);
 }
 
+// Between a wall and a mirror the parabola is half of that between two walls, whichever of them is below.
+TEST(Inflow, OfAParabolaBesideAMirrorIsHalfOfIt) {
+  for (const bool wall_above : {false, true}) {
+    FluidSetup setup = lattice_unit_setup({20, 8, 4}, 1.0 / 18.0, BoundaryKind::periodic);
+    setup.boundaries[0] = {.kind = BoundaryKind::velocity, .velocity_m_per_s = {1e-3, 0, 0}, .parabolic = true};
+    setup.boundaries[1].kind = BoundaryKind::outflow;
+    setup.boundaries[wall_above ? 3 : 2].kind = BoundaryKind::no_slip;
+    setup.boundaries[wall_above ? 2 : 3].kind = BoundaryKind::free_slip;
+    FlowCase<double> flow(setup);
+    flow.run(10000);
+    const FieldBlock fields = flow.solver().fields();
+    for (int y = 0; y < 8; ++y) {
+      const double s = ((wall_above ? 7 - y : y) + 0.5) / 16.0;
+      EXPECT_NEAR(fields.velocity_m_per_s[3 * field_index(fields, 10, y, 1)], 4e-3 * s * (1.0 - s), 6e-6) << y;
+    }
+  }
+}
+
+// Walls that move as fast as the stream leave it uniform up to the corners with the outflow.
+TEST(Outflow, ReckonsWithWallsThatMove) {
+  FluidSetup setup = lattice_unit_setup({20, 6, 4}, 1.0 / 18.0, BoundaryKind::periodic);
+  const Boundary moving{.kind = BoundaryKind::velocity, .velocity_m_per_s = {0.02, 0, 0}};
+  setup.boundaries[0] = setup.boundaries[2] = setup.boundaries[3] = moving;
+  setup.boundaries[1].kind = BoundaryKind::outflow;
+  setup.initial_flow = {.kind = InitialFlowKind::uniform, .velocity_m_per_s = {0.02, 0, 0}};
+  FlowCase<double> flow(setup);
+  flow.run(500);
+  for (const double density : flow.solver().fields().density_kg_per_m3) EXPECT_NEAR(density, 1.0, 1e-13);
+}
+
+// An obstacle that reaches through an outflow disturbs nothing at rest: what it sends back is not counted as missing.
+TEST(Outflow, LeavesFluidAtRestBesideAnObstacle) {
+  FluidSetup setup = lattice_unit_setup({20, 16, 16}, 1.0 / 18.0, BoundaryKind::no_slip);
+  setup.boundaries[1].kind = BoundaryKind::outflow;
+  setup.bodies = {{ShapeKind::sphere, 4.0, 0.0}};
+  FlowCase<double> flow(setup, resting({{19.3, 8.2, 8.1}}));
+  flow.run(100);
+  for (const double density : flow.solver().fields().density_kg_per_m3) EXPECT_NEAR(density, 1.0, 1e-14);
+}
+
 }  // namespace
 }  // namespace copepod::fluid::validation

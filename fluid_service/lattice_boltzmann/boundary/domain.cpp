@@ -117,6 +117,8 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
   using Kind = GhostSource::Kind;
   GhostSource source{.cell = ghost, .direction = direction};
   FaceKind strongest = FaceKind::periodic;
+  bool has_wall = false;
+  double inflows = 0.0, from_inflows = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t cells = domain.cells()[axis];
     if (ghost[axis] >= 0 && ghost[axis] < cells) continue;
@@ -124,7 +126,11 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
     const Face& face = domain.face(axis, high);
     if (face.kind == FaceKind::wall) {
       source.kind = Kind::wall;
-      source.addition += moving_wall_addition(direction, domain.wall_velocity(axis, high, ghost, direction));
+      const double addition = moving_wall_addition(direction, domain.wall_velocity(axis, high, ghost, direction));
+      const bool lets_in = face.velocity_lu[axis] != 0.0;
+      has_wall = has_wall || !lets_in;
+      (lets_in ? from_inflows : source.addition) += addition;
+      inflows += lets_in ? 1.0 : 0.0;
     } else if (face.is_open()) {
       if (source.kind == Kind::image) source.kind = Kind::open;
       if (face.kind < strongest) continue;
@@ -136,6 +142,7 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
       if (face.kind == FaceKind::mirror) source.direction = d3q19::mirrored(source.direction, axis);
     }
   }
+  if (!has_wall && inflows > 0.0) source.addition = from_inflows / inflows;
   if (source.kind == Kind::image) return source;
   const auto& e = d3q19::e[direction];
   source.cell = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};

@@ -53,7 +53,8 @@ struct WholeBody {
   }
 };
 
-/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins.
+/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins, and a wall over an
+/// inflow.
 enum class FaceKind {
   periodic,
   mirror,    ///< symmetry plane or free slip

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -22,11 +21,15 @@
 
 namespace copepod::fluid {
 
+/// Numbers of as many cells, which are computed side by side.
+constexpr int cells_together = 16;
+using CellValues = Eigen::Array<double, cells_together, 1>;
+
 /// At a face of the density ρ_w, the density beyond it is 2 ρ_w − ρ(x_f):
 ///   2 w_α (ρ_w − ρ(x_f))
 /// @param excess_density  ρ_w − 1
 /// @param of_cell         ρ(x_f) − 1
-inline double change_at_pressure(int direction, double excess_density, double of_cell) {
+inline CellValues change_at_pressure(int direction, double excess_density, const CellValues& of_cell) {
   return 2.0 * d3q19::weight(direction) * (excess_density - of_cell);
 }
 
@@ -38,15 +41,16 @@ inline double change_at_pressure(int direction, double excess_density, double of
 /// @param arriving  of x_f in the next step, without a change
 /// @param added     of w_α, over what enters through the face
 /// @param length    L: cells along n
-inline double change_at_outflow(const Moments<double>& of_cell, const Moments<double>& of_inner,
-                                const Moments<double>& arriving, const Moments<double>& added, int axis, bool high,
-                                double length) {
+inline CellValues change_at_outflow(const Moments<CellValues>& of_cell, const Moments<CellValues>& of_inner,
+                                    const Moments<CellValues>& arriving, const Moments<double>& added, int axis,
+                                    bool high, double length) {
   constexpr double c_s = 0.57735026918962576, sigma = 0.1;
-  const auto along = [&](const Moments<double>& m) { return high ? m.momentum[axis] : -m.momentum[axis]; };
-  const double u = std::max(0.0, along(of_cell) / (1.0 + of_cell.excess_density));
-  const double next = of_cell.excess_density * (1.0 - sigma * c_s / length) +
-                      (along(arriving) - along(of_cell) + u * (along(of_cell) - along(of_inner))) / c_s;
-  return (next - arriving.excess_density) / (added.excess_density - along(added) / c_s);
+  const double sign = high ? 1.0 : -1.0;
+  const CellValues j = sign * of_cell.momentum[axis];
+  const CellValues u = (j / (1.0 + of_cell.excess_density)).max(0.0);
+  const CellValues next = of_cell.excess_density * (1.0 - sigma * c_s / length) +
+                          (sign * arriving.momentum[axis] - j + u * (j - sign * of_inner.momentum[axis])) / c_s;
+  return (next - arriving.excess_density) / (added.excess_density - sign * added.momentum[axis] / c_s);
 }
 
 /// The open faces of one block.
@@ -54,94 +58,103 @@ class OpenFaces {
  public:
   /// @throws CaseError if the block is too thin
   OpenFaces(const Domain& domain, const PopulationLayout& layout) : layout_(layout) {
-    std::map<std::int64_t, std::pair<OpenCell, std::vector<Link>>> by_place;
+    std::map<std::int64_t, Cell> cells;  // as they lie in memory
     for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
       if (domain.box().contains(ghost)) return;
       const GhostSource source = ghost_source(domain, ghost, direction);
-      if (source.kind != GhostSource::Kind::open) return;
-      auto& [cell, links] = by_place[layout.cell(source.cell)];
-      cell.site = layout.site(source.cell);
-      cell.through_faces |= 1U << direction;
-      links.push_back(make_link(domain, ghost, source, direction));
-      if (links.back().kind == FaceKind::outflow && cell.length == 0.0) set_outflow(domain, source, cell);
+      if (source.kind == GhostSource::Kind::open) cells.emplace(layout.cell(source.cell), source.cell);
     });
-    for (auto& [place, cell_and_links] : by_place) {
-      auto& [cell, links] = cell_and_links;
-      cell.first_link = links_.size();
-      cell.links = links.size();
-      cells_.push_back(cell);
-      links_.insert(links_.end(), links.begin(), links.end());
+    for (const auto& [place, cell] : cells) {
+      Group group = group_of(domain, cell);
+      const auto same = std::ranges::find(groups_, group);
+      (same == groups_.end() ? groups_.emplace_back(std::move(group)) : *same).cells.push_back(place);
     }
   }
 
-  [[nodiscard]] bool empty() const { return cells_.empty(); }
+  [[nodiscard]] bool empty() const { return groups_.empty(); }
 
   /// f̃_α lies where f_ᾱ will be read, so all are computed before one is replaced.
   /// @param populations  with those of other ranks
   /// @param is_solid     whether a body covers a cell of the layout
   template <class T, class IsSolid>
   void apply(T* populations, Placement placement, const IsSolid& is_solid) {
-    constexpr std::size_t ahead = 8;  // a face normal to z has one cell in a cache line
     entering_.clear();
-    for (std::size_t place = 0; place < cells_.size(); ++place) {
-      if (place + ahead < cells_.size())
-        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-          __builtin_prefetch(populations + layout_.location(cells_[place + ahead].site, alpha, placement));
-      const OpenCell& cell = cells_[place];
-      const Moments<double> of_cell = moments(layout_.gather(populations, cell.site, placement));
-      Populations entering{}, added{};
-      for (const Link& link : links_of(cell)) {
-        const auto i = static_cast<std::size_t>(link.direction);
-        const bool continues = link.beside != 0 && !is_solid(link.beside);
-        entering[i] = populations[continues ? link.enters[static_cast<std::size_t>(placement)]
-                                            : layout_.location(cell.site, link.direction, placement)];
-        if (link.kind == FaceKind::outflow) added[i] = d3q19::weight(link.direction);
-        if (link.kind == FaceKind::pressure)
-          entering[i] += change_at_pressure(link.direction, link.excess_density, of_cell.excess_density);
-      }
-      const double change =
-          cell.length > 0.0 ? outflow_change(cell, of_cell, entering, added, populations, placement, is_solid) : 0.0;
-      for (const Link& link : links_of(cell)) {
-        const auto i = static_cast<std::size_t>(link.direction);
-        entering_.push_back(entering[i] + added[i] * change);
+    for (const Group& group : groups_) {
+      for (std::size_t first = 0; first < group.cells.size(); first += cells_together) {
+        Cells cells;
+        for (std::size_t i = 0; i < cells_together; ++i)  // the last ones again where there are no more
+          cells[i] = group.cells[std::min(first + i, group.cells.size() - 1)];
+        compute(group, cells, populations, placement, is_solid);
       }
     }
     auto entering = entering_.begin();
-    for (const OpenCell& cell : cells_)
-      for (const Link& link : links_of(cell))
-        populations[layout_.entry(cell.site, link.direction, placement)] = static_cast<T>(*entering++);
+    for (const Group& group : groups_) {
+      for (std::size_t first = 0; first < group.cells.size(); first += cells_together) {
+        const std::size_t count = std::min<std::size_t>(cells_together, group.cells.size() - first);
+        for (const Link& link : group.links) {
+          const CellValues& values = *entering++;
+          const std::int64_t entry = layout_.entry({0, group.faces}, link.direction, placement);
+          for (std::size_t i = 0; i < count; ++i)
+            populations[group.cells[first + i] + entry] = static_cast<T>(values[static_cast<Eigen::Index>(i)]);
+        }
+      }
+    }
   }
 
  private:
+  using Cells = std::array<std::int64_t, cells_together>;
+  using ValuesByDirection = std::array<CellValues, d3q19::directions>;
+
   struct Link {
     int direction = 0;  ///< ᾱ, into the fluid
     FaceKind kind = FaceKind::outflow;
     double excess_density = 0.0;           ///< of a pressure face
-    std::array<std::int64_t, 2> enters{};  ///< where f̃_ᾱ(x_f + e_t) is, by placement
-    std::int64_t beside = 0;               ///< index of x_f + e_t; 0: unknown, x_f takes its place
+    std::array<std::int64_t, 2> enters{};  ///< where f̃_ᾱ(x_f + e_t) is, from x_f, by placement
+    std::int64_t beside = 0;               ///< x_f + e_t, from x_f
+    bool continues = false;                ///< x_f + e_t is known; otherwise x_f takes its place
+
+    bool operator==(const Link&) const = default;
   };
-  struct OpenCell {
-    Site site;  ///< x_f
-    std::size_t first_link = 0;
-    std::size_t links = 0;
+  /// Cells x_f that differ in their places only.
+  struct Group {
+    Faces faces = 0;
+    std::vector<Link> links;
     // At an outflow:
-    double length = 0.0;              ///< L; 0: not at one
-    int axis = 0;                     ///< of n
-    bool high = false;                ///< n points up
-    Site inner;                       ///< x_f − n
-    bool beside_walls = false;        ///< that move
-    Populations from_walls{};         ///< what they add
-    std::uint32_t through_faces = 0;  ///< bit α set: a link
+    double length = 0.0;        ///< L; 0: not at one
+    int axis = 0;               ///< of n
+    bool high = false;          ///< n points up
+    Faces faces_of_inner = 0;   ///< of x_f − n
+    std::int64_t to_inner = 0;  ///< x_f − n, from x_f
+    Populations from_walls{};   ///< what moving walls add
+    std::vector<std::int64_t> cells;
+
+    bool operator==(const Group& other) const {
+      return faces == other.faces && links == other.links && length == other.length && axis == other.axis &&
+             high == other.high && faces_of_inner == other.faces_of_inner && to_inner == other.to_inner &&
+             from_walls == other.from_walls;
+    }
   };
 
-  [[nodiscard]] std::span<const Link> links_of(const OpenCell& cell) const {
-    return std::span(links_).subspan(cell.first_link, cell.links);
+  [[nodiscard]] Group group_of(const Domain& domain, const Cell& cell) const {
+    Group group;
+    group.faces = layout_.site(cell).faces;
+    for (int direction = 1; direction < d3q19::directions; ++direction) {
+      const auto& e = d3q19::e[direction];
+      const Cell ghost = {cell[0] - e[0], cell[1] - e[1], cell[2] - e[2]};
+      const GhostSource source = ghost_source(domain, ghost, direction);
+      group.from_walls[static_cast<std::size_t>(direction)] = source.addition;
+      if (source.kind != GhostSource::Kind::open) continue;
+      group.links.push_back(make_link(domain, ghost, source, direction));
+      if (group.links.back().kind == FaceKind::outflow && group.length == 0.0) set_outflow(domain, source, group);
+    }
+    if (group.length == 0.0) group.from_walls = {};
+    return group;
   }
 
   [[nodiscard]] Link make_link(const Domain& domain, const Cell& ghost, const GhostSource& source,
                                int direction) const {
     const Face& face = domain.face(source.axis, source.high);
-    Link link{direction, face.kind, face.excess_density_lu, {}, 0};
+    Link link{direction, face.kind, face.excess_density_lu, {}, 0, false};
     Cell beside = ghost;       // x_f + e_t
     Cell inner = source.cell;  // x_f − n, which f̃_ᾱ of the cell beside enters, also from another rank
     int open_faces = 0;
@@ -153,28 +166,25 @@ class OpenFaces {
     }
     if (open_faces > 1 || !domain.box().contains(inner)) return link;
     require_in_block(inner);
-    link.beside = layout_.cell(beside);
+    const std::int64_t place = layout_.cell(source.cell);
+    link.continues = true;
+    link.beside = layout_.cell(beside) - place;
     for (const Placement placement : {Placement::home, Placement::streamed})
-      link.enters[static_cast<std::size_t>(placement)] = layout_.entry(layout_.site(inner), direction, placement);
+      link.enters[static_cast<std::size_t>(placement)] =
+          layout_.entry(layout_.site(inner), direction, placement) - place;
     return link;
   }
 
-  void set_outflow(const Domain& domain, const GhostSource& source, OpenCell& cell) const {
+  void set_outflow(const Domain& domain, const GhostSource& source, Group& group) const {
     const std::int64_t length = domain.cells()[source.axis];
-    cell.length = static_cast<double>(length);
-    cell.axis = source.axis;
-    cell.high = source.high;
+    group.length = static_cast<double>(length);
+    group.axis = source.axis;
+    group.high = source.high;
     Cell inner = source.cell;
     if (length > 1) inner[source.axis] += source.high ? -1 : 1;
     require_in_block(inner);
-    cell.inner = layout_.site(inner);
-    for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
-      const auto& e = d3q19::e[alpha];
-      const Cell ghost = {source.cell[0] - e[0], source.cell[1] - e[1], source.cell[2] - e[2]};
-      const double addition = ghost_source(domain, ghost, alpha).addition;
-      cell.from_walls[static_cast<std::size_t>(alpha)] = addition;
-      cell.beside_walls = cell.beside_walls || addition != 0.0;
-    }
+    group.faces_of_inner = layout_.site(inner).faces;
+    group.to_inner = layout_.cell(inner) - layout_.cell(source.cell);
   }
 
   void require_in_block(const Cell& cell) const {
@@ -182,28 +192,74 @@ class OpenFaces {
       throw CaseError("a rank has one layer of cells beside an open face (it needs two). Use fewer ranks.");
   }
 
-  /// @param arriving  through open faces; the other populations are added
+  template <class T>
+  [[nodiscard]] static CellValues load(const T* populations, const Cells& cells, std::int64_t offset) {
+    CellValues values;
+    for (std::size_t i = 0; i < cells_together; ++i)
+      values[static_cast<Eigen::Index>(i)] = populations[cells[i] + offset];
+    return values;
+  }
+
+  template <class T>
+  [[nodiscard]] Moments<CellValues> moments_of(const T* populations, const Cells& cells, Faces faces,
+                                               Placement placement, std::int64_t offset = 0) const {
+    ValuesByDirection values;
+    for (std::size_t alpha = 0; alpha < values.size(); ++alpha)
+      values[alpha] = load(populations, cells, offset + layout_.locations(faces, placement)[alpha]);
+    return moments(values);
+  }
+
+  /// Appends what enters each cell, link by link.
   template <class T, class IsSolid>
-  [[nodiscard]] double outflow_change(const OpenCell& cell, const Moments<double>& of_cell, Populations arriving,
-                                      const Populations& added, const T* populations, Placement placement,
-                                      const IsSolid& is_solid) const {
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      if (is_solid(cell.site.index + layout_.neighbour(alpha))) return 0.0;  // what a body sends back is not there yet
-    const PopulationLayout::Locations& enters = layout_.locations(cell.site.faces, other(placement));
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
-      if ((cell.through_faces >> alpha & 1U) != 0) continue;
-      const auto i = static_cast<std::size_t>(alpha);
-      arriving[i] = populations[cell.site.index + enters[static_cast<std::size_t>(d3q19::opposite(alpha))]];
-      if (cell.beside_walls) arriving[i] += cell.from_walls[i];
+  void compute(const Group& group, const Cells& cells, const T* populations, Placement placement,
+               const IsSolid& is_solid) {
+    const Moments<CellValues> of_cell = moments_of(populations, cells, group.faces, placement);
+    ValuesByDirection arriving;
+    Populations added{};
+    std::uint32_t through_faces = 0;
+    for (const Link& link : group.links) {
+      const auto alpha = static_cast<std::size_t>(link.direction);
+      const std::int64_t own = layout_.location({0, group.faces}, link.direction, placement);
+      for (std::size_t i = 0; i < cells_together; ++i) {
+        const bool continues = link.continues && !is_solid(cells[i] + link.beside);
+        arriving[alpha][static_cast<Eigen::Index>(i)] =
+            populations[cells[i] + (continues ? link.enters[static_cast<std::size_t>(placement)] : own)];
+      }
+      if (link.kind == FaceKind::pressure)
+        arriving[alpha] += change_at_pressure(link.direction, link.excess_density, of_cell.excess_density);
+      if (link.kind == FaceKind::outflow) added[alpha] = d3q19::weight(link.direction);
+      through_faces |= 1U << link.direction;
     }
-    return change_at_outflow(of_cell, moments(layout_.gather(populations, cell.inner, placement)), moments(arriving),
-                             moments(added), cell.axis, cell.high, cell.length);
+    CellValues change = CellValues::Zero();
+    if (group.length > 0.0) {
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+        if ((through_faces >> alpha & 1U) != 0) continue;
+        const auto i = static_cast<std::size_t>(alpha);
+        arriving[i] = load(populations, cells, layout_.entry({0, group.faces}, alpha, placement)) + group.from_walls[i];
+      }
+      change =
+          change_at_outflow(of_cell, moments_of(populations, cells, group.faces_of_inner, placement, group.to_inner),
+                            moments(arriving), moments(added), group.axis, group.high, group.length);
+      for (std::size_t i = 0; i < cells_together; ++i)
+        if (is_beside_solid(cells[i], is_solid)) change[static_cast<Eigen::Index>(i)] = 0.0;
+    }
+    for (const Link& link : group.links) {
+      const auto alpha = static_cast<std::size_t>(link.direction);
+      entering_.push_back(arriving[alpha] + added[alpha] * change);
+    }
+  }
+
+  /// What a body sends back has not arrived yet.
+  template <class IsSolid>
+  [[nodiscard]] bool is_beside_solid(std::int64_t cell, const IsSolid& is_solid) const {
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+      if (is_solid(cell + layout_.neighbour(alpha))) return true;
+    return false;
   }
 
   const PopulationLayout& layout_;
-  std::vector<OpenCell> cells_;  ///< as they lie in memory
-  std::vector<Link> links_;
-  std::vector<double> entering_;
+  std::vector<Group> groups_;
+  std::vector<CellValues> entering_;
 };
 
 }  // namespace copepod::fluid
