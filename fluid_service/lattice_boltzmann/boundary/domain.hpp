@@ -53,8 +53,7 @@ struct WholeBody {
   }
 };
 
-/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins, and a wall over an
-/// inflow.
+/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins, a wall over inflows.
 enum class FaceKind {
   periodic,
   mirror,    ///< symmetry plane or free slip
