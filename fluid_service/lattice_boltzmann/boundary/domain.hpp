@@ -53,7 +53,8 @@ struct WholeBody {
   }
 };
 
-/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins, a wall over inflows.
+/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins,
+/// and a wall wins over those through which fluid comes in.
 enum class FaceKind {
   periodic,
   mirror,    ///< symmetry plane or free slip
