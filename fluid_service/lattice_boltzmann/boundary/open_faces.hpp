@@ -245,7 +245,7 @@ class OpenFaces {
     }
     for (const Link& link : group.links) {
       const auto alpha = static_cast<std::size_t>(link.direction);
-      entering_.push_back(arriving[alpha] + added[alpha] * change);
+      entering_.emplace_back(arriving[alpha] + added[alpha] * change);
     }
   }
 
