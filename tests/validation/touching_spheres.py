@@ -229,10 +229,9 @@ Spheres of 8 cells in diameter and twice the fluid's density, at random in a per
 less buoyancy, F. A body force on the fluid balances it: with the mean gradient of pressure nF, n spheres per volume,
 the fluid feels nF against gravity, and each sphere F (1 − φ). The velocity U is the mean of all spheres, relative to
 the volume flux of fluid and spheres. U₀ is that of one sphere alone under F, by the standard drag [Clift, Grace, Weber,
-Bubbles, Drops and Particles, 1978, table 5.2]; the lattice gives 1.3 % more (case `inertial_drag` of `copepod
-validate` with Re = 10, a box of 14 × 14 × 24 diameters, which makes some 1 % of it). The spheres travel {travel}
-diameters, of which the first quarter is left out; ± is the standard error from the means of {blocks} parts of the rest.
-Restitution 0.9, friction 0.1, roughness 10⁻³ radii.
+Bubbles, Drops and Particles, 1978, table 5.2]; the lattice gives 1.3 % more (Re = 10, a periodic box of 14 × 14 × 24
+diameters, which makes some 1 % of it). The spheres travel {travel} diameters, of which the first quarter is left out; ±
+is the standard error from the means of {blocks} parts of the rest. Restitution 0.9, friction 0.1, roughness 10⁻³ radii.
 
 Richardson and Zaki [Trans. Inst. Chem. Eng. 32, 35, 1954] have U/U₀ = (1 − φ)ⁿ with n = 4.45 Re^−0.1 for Re of 1 to
 500, here {n[0]}; Garside and Al-Dibouni [Ind. Eng. Chem. Process Des. Dev. 16, 206, 1977] have (5.1 − n)/(n − 2.7) =

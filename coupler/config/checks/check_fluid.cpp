@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <spdlog/fmt/fmt.h>
 
@@ -17,14 +18,14 @@ const char* time_key(const Case& the_case) {
 }
 
 bool has_walls(const FluidCase& fluid) {
-  return std::ranges::any_of(fluid.boundaries, [](const Boundary& face) {
-    return face.kind == BoundaryKind::no_slip || face.kind == BoundaryKind::velocity;
-  });
+  for (std::size_t face = 0; face < 6; ++face)
+    if (fluid.boundaries[face].is_wall(face)) return true;
+  return false;
 }
 
 void check_open_faces(const FluidCase& fluid, Problems& problems) {
   bool has_opening = false;
-  std::size_t inflow = 6;
+  std::optional<std::size_t> inflow;
   for (std::size_t face = 0; face < 6; ++face) {
     const Boundary& boundary = fluid.boundaries[face];
     has_opening = has_opening || boundary.kind == BoundaryKind::pressure || boundary.kind == BoundaryKind::outflow;
@@ -39,8 +40,8 @@ void check_open_faces(const FluidCase& fluid, Problems& problems) {
                       "velocity_m_per_s a component along " +
                           std::string(axis_names[face / 2]) + ", or leave the profile out.");
   }
-  if (has_opening || inflow == 6) return;
-  problems.reject(face_path(inflow),
+  if (has_opening || !inflow) return;
+  problems.reject(face_path(*inflow),
                   "has a velocity through the face, and no face is open (the density would change without end). Give "
                   "another one outflow or pressure_Pa.");
 }

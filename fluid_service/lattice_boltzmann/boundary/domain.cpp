@@ -7,11 +7,13 @@ namespace copepod::fluid {
 
 namespace {
 
-Face make_face(const Boundary& boundary, const LatticeUnits& units) {
+Face make_face(const FluidSetup& setup, std::size_t number, const LatticeUnits& units) {
+  const Boundary& boundary = setup.boundaries[number];
   Face face;
   if (boundary.kind == BoundaryKind::periodic) face.kind = FaceKind::periodic;
   if (boundary.kind == BoundaryKind::free_slip) face.kind = FaceKind::mirror;
   if (boundary.kind == BoundaryKind::velocity) face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
+  if (boundary.lets_in(number)) face.kind = FaceKind::inflow;
   face.is_parabolic = boundary.parabolic;
   if (boundary.kind == BoundaryKind::outflow) face.kind = FaceKind::outflow;
   if (boundary.kind == BoundaryKind::pressure) {
@@ -33,8 +35,8 @@ Domain::Domain(const FluidSetup& setup, const LatticeUnits& units)
       throw CaseError("domain_cells has no cell along an axis (a domain needs at least one). Make it larger.");
     Face& low = faces_[face_index(axis, false)];
     Face& high = faces_[face_index(axis, true)];
-    low = make_face(setup.boundaries[face_index(axis, false)], units);
-    high = make_face(setup.boundaries[face_index(axis, true)], units);
+    low = make_face(setup, face_index(axis, false), units);
+    high = make_face(setup, face_index(axis, true), units);
     const bool low_periodic = low.kind == FaceKind::periodic;
     if (low_periodic != (high.kind == FaceKind::periodic))
       throw CaseError(std::string("only one face of axis ") + axis_name[axis] +
@@ -59,7 +61,10 @@ std::optional<std::int64_t> Domain::image(int axis, std::int64_t index) const {
       return wrapped(index, cells);
     case FaceKind::mirror:
       return reflected(index, cells);
-    default:
+    case FaceKind::outflow:
+    case FaceKind::pressure:
+    case FaceKind::inflow:
+    case FaceKind::wall:
       break;
   }
   return std::nullopt;
@@ -117,32 +122,25 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
   using Kind = GhostSource::Kind;
   GhostSource source{.cell = ghost, .direction = direction};
   FaceKind strongest = FaceKind::periodic;
-  bool has_wall = false;
-  double inflows = 0.0, from_inflows = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const std::int64_t cells = domain.cells()[axis];
     if (ghost[axis] >= 0 && ghost[axis] < cells) continue;
     const bool high = ghost[axis] >= cells;
     const Face& face = domain.face(axis, high);
-    if (face.kind == FaceKind::wall) {
-      source.kind = Kind::wall;
-      const double addition = moving_wall_addition(direction, domain.wall_velocity(axis, high, ghost, direction));
-      const bool lets_in = face.velocity_lu[axis] != 0.0;
-      has_wall = has_wall || !lets_in;
-      (lets_in ? from_inflows : source.addition) += addition;
-      inflows += lets_in ? 1.0 : 0.0;
-    } else if (face.is_open()) {
-      if (source.kind == Kind::image) source.kind = Kind::open;
-      if (face.kind < strongest) continue;
-      strongest = face.kind;
-      source.axis = axis;
-      source.high = high;
-    } else {
-      source.cell[axis] = *domain.image(axis, ghost[axis]);
+    if (const auto image = domain.image(axis, ghost[axis])) {
+      source.cell[axis] = *image;
       if (face.kind == FaceKind::mirror) source.direction = d3q19::mirrored(source.direction, axis);
+      continue;
     }
+    if (face.kind < strongest) continue;
+    if (face.kind != FaceKind::wall || strongest != FaceKind::wall) source.addition = 0.0;  // walls add up
+    if (!face.is_open())
+      source.addition += moving_wall_addition(direction, domain.wall_velocity(axis, high, ghost, direction));
+    strongest = face.kind;
+    source.kind = face.is_open() ? Kind::open : Kind::wall;
+    source.axis = axis;
+    source.high = high;
   }
-  if (!has_wall && inflows > 0.0) source.addition = from_inflows / inflows;
   if (source.kind == Kind::image) return source;
   const auto& e = d3q19::e[direction];
   source.cell = {ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]};

@@ -53,14 +53,14 @@ struct WholeBody {
   }
 };
 
-/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins,
-/// and a wall wins over those through which fluid comes in.
+/// What lies beyond a face of the computed domain. Where faces meet in an edge, the later kind wins.
 enum class FaceKind {
   periodic,
   mirror,    ///< symmetry plane or free slip
   outflow,   ///< open_faces.hpp: fluid and sound leave
   pressure,  ///< open_faces.hpp: open, at a given density
-  wall,      ///< wall.hpp: at rest or moving, or with fluid that comes in
+  inflow,    ///< wall.hpp: as a wall, with fluid that comes in
+  wall,      ///< wall.hpp: at rest or moving along itself
 };
 
 struct Face {

@@ -82,7 +82,7 @@ class OpenFaces {
     for (const Group& group : groups_) {
       for (std::size_t first = 0; first < group.cells.size(); first += cells_together) {
         Cells cells;
-        for (std::size_t i = 0; i < cells_together; ++i)  // the last ones again where there are no more
+        for (std::size_t i = 0; i < cells_together; ++i)  // the group's last cell fills the rest
           cells[i] = group.cells[std::min(first + i, group.cells.size() - 1)];
         compute(group, cells, populations, placement, is_solid);
       }
