@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "contract/errors.hpp"
+#include "conversion/members.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -50,62 +51,27 @@ concept Is = std::same_as<std::remove_const_t<T>, Struct>;
 // Each calls `visit` with name and value of every member, in either direction.
 
 void visit_members(Is<Loads> auto& loads, const auto& visit) {
-  visit("step", loads.step);
-  visit("force_N", loads.force_N);
-  visit("torque_N_m", loads.torque_N_m);
+  COPEPOD_MEMBERS(visit, loads, step, force_N, torque_N_m);
 }
 
 void visit_members(Is<Kinematics> auto& kinematics, const auto& visit) {
-  visit("step", kinematics.step);
-  visit("position_m", kinematics.position_m);
-  visit("orientation_wxyz", kinematics.orientation_wxyz);
-  visit("velocity_m_per_s", kinematics.velocity_m_per_s);
-  visit("angular_velocity_rad_per_s", kinematics.angular_velocity_rad_per_s);
+  COPEPOD_MEMBERS(visit, kinematics, step, position_m, orientation_wxyz, velocity_m_per_s, angular_velocity_rad_per_s);
 }
 
 void visit_members(Is<Cycle> auto& cycle, const auto& visit) {
-  visit("number", cycle.number);
-  visit("centroid_m", cycle.centroid_m);
-  visit("turned", cycle.turned);
-  visit("translation_m", cycle.translation_m);
-  visit("rotation", cycle.rotation);
-  visit("displacement_m", cycle.displacement_m);
-  visit("arms", cycle.arms);
-  visit("power_W", cycle.power_W);
-  visit("dissipation_W", cycle.dissipation_W);
-  visit("power_as_in_paper_W", cycle.power_as_in_paper_W);
-  visit("max_speed_m_per_s", cycle.max_speed_m_per_s);
-  visit("max_speed_along_m_per_s", cycle.max_speed_along_m_per_s);
+  COPEPOD_MEMBERS(visit, cycle, number, centroid_m, turned, translation_m, rotation, displacement_m, arms, power_W,
+                  dissipation_W, power_as_in_paper_W, max_speed_m_per_s, max_speed_along_m_per_s);
 }
 
 void visit_members(Is<CycleSums> auto& sums, const auto& visit) {
-  visit("number", sums.number);
-  visit("samples", sums.samples);
-  visit("turned", sums.turned);
-  visit("first_position_m", sums.first_position_m);
-  visit("first_arm_m", sums.first_arm_m);
-  visit("arm_m", sums.arm_m);
-  visit("arm_cosine_m", sums.arm_cosine_m);
-  visit("arm_sine_m", sums.arm_sine_m);
-  visit("power_W", sums.power_W);
-  visit("dissipation_W", sums.dissipation_W);
-  visit("power_as_in_paper_W", sums.power_as_in_paper_W);
-  visit("max_speed_m_per_s", sums.max_speed_m_per_s);
-  visit("max_speed_along_m_per_s", sums.max_speed_along_m_per_s);
-  visit("last", sums.last);
-  visit("before_last", sums.before_last);
-  visit("latest_along_m", sums.latest_along_m);
+  COPEPOD_MEMBERS(visit, sums, number, samples, turned, first_position_m, first_arm_m, arm_m, arm_cosine_m, arm_sine_m,
+                  power_W, dissipation_W, power_as_in_paper_W, max_speed_m_per_s, max_speed_along_m_per_s, last,
+                  before_last, latest_along_m);
 }
 
 void visit_members(Is<BalanceSums> auto& sums, const auto& visit) {
-  visit("start_kg_m_per_s", sums.start_kg_m_per_s);
-  visit("from_fluid_N_s", sums.from_fluid_N_s);
-  visit("from_drive_N_s", sums.from_drive_N_s);
-  visit("withheld_N_s", sums.withheld_N_s);
-  visit("exchanged_N_s", sums.exchanged_N_s);
-  visit("start_J", sums.start_J);
-  visit("from_fluid_J", sums.from_fluid_J);
-  visit("from_drive_J", sums.from_drive_J);
+  COPEPOD_MEMBERS(visit, sums, start_kg_m_per_s, from_fluid_N_s, from_drive_N_s, withheld_N_s, exchanged_N_s, start_J,
+                  from_fluid_J, from_drive_J);
 }
 
 template <typename Members>

@@ -77,7 +77,7 @@ def _pure(options: Namespace) -> list[Figures]:
     domains, cores = (_DOMAINS[0],) if options.quick else _DOMAINS, len(os.sched_getaffinity(0))
     results = []
     for domain, ranks, precision in itertools.product(domains, sorted({1, cores}), ("double", "single")):
-        for collision in ("bgk", "trt") if domain == _PAPER else ("bgk",):
+        for collision in ("bgk", "trt", "central_moments") if domain == _PAPER else ("bgk",):
             with Stage(f"fluid alone, {domain}, {precision}, {collision}, {ranks} rank(s)"):
                 chosen = (domain, ranks, precision, collision, options.samples, _steps(domain, 4e7))
                 results.append(measure_fluid(*chosen))
@@ -169,8 +169,8 @@ def measure_fluid(
     """
     command = [mpirun(), "-n", str(ranks), "--oversubscribe", str(program("fluid_benchmark"))]
     command += ["--domain", *map(str, domain), "--samples", str(samples), "--steps", str(steps)]
+    command += ["--collision", collision]
     command += ["--single"] if precision == "single" else []
-    command += ["--trt"] if collision == "trt" else []
     environment = {"OMPI_MCA_hwloc_base_binding_policy": "none", **environment_to_ask()}
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if done.returncode != 0:

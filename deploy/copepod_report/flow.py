@@ -194,10 +194,10 @@ def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
 
 def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:
     """Of a frame that moves with the bodies [m/s]: over a window their drift; zero without bodies."""
-    ends = _samples(run, window)[[0, -1]]
     motions = [run.trajectory.of(body.name) for body in bodies]
     if not motions:
         return np.zeros(3)
+    ends = _samples(run, window)[[0, -1]]
     if ends[0] == ends[1]:
         return np.mean([motion["velocity_m_per_s"][ends[0]] for motion in motions], axis=0)
     time_s = np.diff(run.trajectory.time_s[ends])

@@ -65,7 +65,8 @@ class RunRecord(RunResult):
         if state[0] == "finished":
             self.summary = read_file(self.directory / "summary.json", _read_summary)
         self.case = read_case(self.directory / "case.yaml")
-        self.trajectory = read_file(trajectory, lambda path: Trajectory(path, may_be_empty=state[0] != "finished"))
+        may_be_empty = state[0] != "finished" or not (self.case.get("bodies") or self.case.get("swimmers"))
+        self.trajectory = read_file(trajectory, lambda path: Trajectory(path, may_be_empty))
         self.cycles: dict[str, Cycles] = read_file(self.directory / "cycles.csv", read_cycles)
         self.status = status_of(self.directory, self.case, state, int(self.trajectory.steps[-1:].sum()))
         if not self.status.is_finished:

@@ -24,6 +24,7 @@ from copepod_run.run_directory import make_folder
 from copepod_validation.experiment import CaseDict, lattice_case, sphere, viscosity
 from copepod_validation.matrix import processor
 
+_COLLISIONS = ("bgk", "trt", "central_moments")
 _BOUNDARIES = ("bounce_back", "interpolated", "central_linear", "parabolic")
 _REFILLS, _PRECISIONS = ("nonequilibrium", "equilibrium", "grad"), ("double", "single")
 _TAUS = (0.51, 0.55, 0.6, 0.667, 0.8, 1.0, 1.5, 2.0, 3.0)
@@ -71,7 +72,7 @@ def combinations(fast: bool) -> Iterator[Combination]:
     """All, or the fast subset; refills only where cells change."""
     choices = (_REFILLS[:1], _PRECISIONS[:1], (0.55, 1.0, 2.0)) if fast else (_REFILLS, _PRECISIONS, _TAUS)
     radii = (2.0, 4.0) if fast else _LIMIT
-    for words in itertools.product(("bgk", "trt"), _BOUNDARIES, *choices, _MOTIONS, radii, (False, True)):
+    for words in itertools.product(_COLLISIONS, _BOUNDARIES, *choices, _MOTIONS, radii, (False, True)):
         one = Combination(*words)
         if one.motion != "fixed" or one.carried or one.refill == one.reference.refill:
             yield one
@@ -211,7 +212,7 @@ def write_errors(folder: Path, rows: Sequence[Row]) -> Path:
         deviation = row["deviation"] if row["deviation"] < 99.0 else 99.0  # NaN where it diverged
         largest[key] = max(largest.get(key, 0.0), deviation)
     lines = [f"// Written by `copepod validate --all`, {datetime.date.today()}.\n"]
-    for words in itertools.product(("bgk", "trt"), _BOUNDARIES, _MOTIONS):
+    for words in itertools.product(_COLLISIONS, _BOUNDARIES, _MOTIONS):
         by_radius = ("{" + ", ".join(str(largest[*words, radius, tau]) for tau in _TAUS) + "}" for radius in _LIMIT)
         names = "CollisionKind::{}, MovingBoundary::{}, Sphere::{}".format(*words)
         lines.append(f"SchemeErrors{{{names}, {{{{{', '.join(by_radius)}}}}}}},\n")

@@ -1,10 +1,13 @@
 #include <cstdio>
+#include <map>
+#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "benchmark/memory_rates.hpp"
+#include "contract/words.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "ranks/mpi_communicator.hpp"
 
@@ -18,7 +21,7 @@ namespace {
 struct Options {
   std::vector<std::int64_t> domain = {100, 100, 200};
   bool single = false;
-  bool trt = false;
+  CollisionKind collision = CollisionKind::bgk;
   int samples = 5;
   int steps = 20;
 };
@@ -28,7 +31,7 @@ FluidSetup closed_box(const Options& options) {
   setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
   setup.kinematic_viscosity_m2_per_s = 1.0 / 18.0;
   setup.domain_cells = {options.domain[0], options.domain[1], options.domain[2]};
-  setup.collision = options.trt ? CollisionKind::trt : CollisionKind::bgk;
+  setup.collision = options.collision;
   setup.precision = options.single ? Precision::single_precision : Precision::double_precision;
   return setup;
 }
@@ -75,7 +78,7 @@ nlohmann::json measure(const Options& options, Communicator& ranks) {
   nlohmann::json result = {{"ranks", ranks.size()},
                            {"domain_cells", options.domain},
                            {"precision", options.single ? "single" : "double"},
-                           {"collision", options.trt ? "trt" : "bgk"},
+                           {"collision", name_of(collision_names, options.collision)},
                            {"kernel", choose_kernels<T>().instruction_set}};
   for (int sample = 0; sample < options.samples; ++sample) {
     const int sweeps = std::max(1, options.steps / 4);
@@ -96,7 +99,9 @@ int run_benchmark(int argc, char** argv) {
   CLI::App app("Speed of the lattice Boltzmann fluid beside the speed of the memory; run under mpirun.");
   app.add_option("--domain", options.domain, "cells along x, y, z")->expected(3)->check(CLI::PositiveNumber);
   app.add_flag("--single", options.single, "single precision");
-  app.add_flag("--trt", options.trt, "two relaxation times");
+  std::map<std::string, CollisionKind> collisions;
+  for (const auto& [name, kind] : collision_names) collisions[name] = kind;
+  app.add_option("--collision", options.collision)->transform(CLI::CheckedTransformer(collisions));
   app.add_option("--samples", options.samples)->check(CLI::PositiveNumber);
   app.add_option("--steps", options.steps, "steps per sample")->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);

@@ -247,7 +247,8 @@ Moments<double> LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
   throw SolverError("the flow diverged at cell (" + std::to_string(cell[0]) + ", " + std::to_string(cell[1]) + ", " +
                         std::to_string(cell[2]) + ") (density " + std::to_string(1.0 + m.excess_density) +
                         ", momentum " + std::to_string(momentum) +
-                        " in lattice units). Use collision: trt, a relaxation time nearer to 1, or slower motion.",
+                        " in lattice units). Use collision: central_moments, a relaxation time nearer to 1, "
+                        "or slower motion.",
                     communicator_.rank(), step_ - 1);
 }
 

@@ -14,7 +14,7 @@ namespace copepod {
 
 enum class FluidKind { lattice_boltzmann, stokes, vacuum };
 enum class BoundaryKind { no_slip, periodic, free_slip, velocity, pressure, outflow };
-enum class CollisionKind { bgk, trt };
+enum class CollisionKind { bgk, trt, central_moments };
 enum class Precision { double_precision, single_precision };
 enum class MovingBoundary { bounce_back, interpolated, central_linear, parabolic };
 enum class Refill { equilibrium, nonequilibrium, grad };
@@ -41,16 +41,17 @@ struct Boundary {
 
 enum class InitialFlowKind {
   rest,
-  uniform,       ///< one velocity
-  shear,         ///< linear between the only two walls of which one moves
-  taylor_green,  ///< one vortex pair per axis: U (cos kx sin ly, −(k/l) sin kx cos ly, 0), k = 2π/Lx, l = 2π/Ly
+  uniform,          ///< one velocity
+  shear,            ///< linear between the only two walls of which one moves
+  taylor_green,     ///< one vortex pair per axis: U (cos kx sin ly, −(k/l) sin kx cos ly, 0), k = 2π/Lx, l = 2π/Ly
+  taylor_green_3d,  ///< U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0), k = 2π/L, in a cube
 };
 
 /// The fluid's velocity before step 0, with the pressure that belongs to it.
 struct InitialFlow {
   InitialFlowKind kind = InitialFlowKind::rest;
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< for InitialFlowKind::uniform
-  double speed_m_per_s = 0.0;                                  ///< U, for InitialFlowKind::taylor_green
+  double speed_m_per_s = 0.0;  ///< U, for InitialFlowKind::taylor_green, taylor_green_3d
 };
 
 /// What can be written of each cell.

@@ -50,7 +50,7 @@ constexpr std::array<Choice<E>, sizeof...(Names)> words(Names... names) {
 }
 
 inline constexpr auto fluid_kind_names = words<FluidKind>("lattice_boltzmann", "stokes", "vacuum");
-inline constexpr auto collision_names = words<CollisionKind>("bgk", "trt");
+inline constexpr auto collision_names = words<CollisionKind>("bgk", "trt", "central_moments");
 inline constexpr auto moving_boundary_names =
     words<MovingBoundary>("bounce_back", "interpolated", "central_linear", "parabolic");
 inline constexpr auto refill_names = words<Refill>("equilibrium", "nonequilibrium", "grad");
@@ -58,7 +58,8 @@ inline constexpr auto precision_names = words<Precision>("double", "single");
 inline constexpr auto boundary_names =
     words<BoundaryKind>("no_slip", "periodic", "free_slip", "velocity", "pressure", "outflow");
 inline constexpr auto profile_names = words<bool>("uniform", "parabolic");
-inline constexpr auto initial_flow_names = words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green");
+inline constexpr auto initial_flow_names =
+    words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green", "taylor_green_3d");
 inline constexpr auto quantity_names = words<FieldQuantity>("density", "velocity", "pressure", "vorticity");
 
 /// Levels of FieldOutput::compression.

@@ -13,6 +13,7 @@
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
 #include "conversion/limits.hpp"
+#include "conversion/members.hpp"
 #include "session/messages.hpp"
 
 namespace copepod::conversion {
@@ -29,50 +30,31 @@ inline constexpr struct Prose {
 } kProse;
 
 void describe(auto& wire, Is<Shape> auto& shape) {
-  wire("kind", shape.kind);
-  wire("radius_m", shape.radius_m);
-  wire("length_m", shape.length_m);
+  COPEPOD_MEMBERS(wire, shape, kind, radius_m, length_m);
   if (shape.kind == ShapeKind::ellipsoid || shape.kind == ShapeKind::box) wire("extents_m", shape.extents_m);
   if (shape.kind == ShapeKind::mesh) wire("mesh", shape.mesh);
   if (shape.kind == ShapeKind::compound) wire("parts", shape.parts);
 }
 
 void describe(auto& wire, Is<ShapePart> auto& part) {
-  wire("shape", part.shape);
-  wire("position_m", part.position_m);
-  wire("orientation_wxyz", part.orientation_wxyz);
+  COPEPOD_MEMBERS(wire, part, shape, position_m, orientation_wxyz);
 }
 
 void describe(auto& wire, Is<ObstacleSpecification> auto& obstacle) {
-  wire("name", obstacle.name);
-  wire("shape", obstacle.shape);
-  wire("position_m", obstacle.position_m);
-  wire("orientation_wxyz", obstacle.orientation_wxyz);
-  wire("loads", obstacle.loads);
+  COPEPOD_MEMBERS(wire, obstacle, name, shape, position_m, orientation_wxyz, loads);
 }
 
 void describe(auto& wire, Is<Boundary> auto& boundary) {
-  wire("kind", boundary.kind);
-  wire("velocity_m_per_s", boundary.velocity_m_per_s);
-  wire("pressure_Pa", boundary.pressure_Pa);
-  wire("parabolic", boundary.parabolic);
+  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic);
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {
-  wire("kind", flow.kind);
-  wire("velocity_m_per_s", flow.velocity_m_per_s);
-  wire("speed_m_per_s", flow.speed_m_per_s);
+  COPEPOD_MEMBERS(wire, flow, kind, velocity_m_per_s, speed_m_per_s);
 }
 
 void describe(auto& wire, Is<FieldOutput> auto& fields) {
-  wire("directory", fields.directory);
-  wire("every_steps", fields.every_steps);
-  wire("mean_start", fields.mean_start);
-  wire("mean_stop", fields.mean_stop);
-  wire("mean_every_steps", fields.mean_every_steps);
-  wire("quantities", fields.quantities);
-  wire("region_cells", fields.region_cells);
-  wire("compression", fields.compression);
+  COPEPOD_MEMBERS(wire, fields, directory, every_steps, mean_start, mean_stop, mean_every_steps, quantities,
+                  region_cells, compression);
 }
 
 void describe(auto& wire, Is<BodyPair> auto& pair) {
@@ -81,152 +63,75 @@ void describe(auto& wire, Is<BodyPair> auto& pair) {
 }
 
 void describe(auto& wire, Is<FluidSetup> auto& setup) {
-  wire("kind", setup.kind);
-  wire("step_s", setup.step_s);
-  wire("cell_size_m", setup.cell_size_m);
-  wire("density_kg_per_m3", setup.density_kg_per_m3);
-  wire("kinematic_viscosity_m2_per_s", setup.kinematic_viscosity_m2_per_s);
-  wire("domain_cells", setup.domain_cells);
-  wire("boundaries", setup.boundaries);
+  COPEPOD_MEMBERS(wire, setup, kind, step_s, cell_size_m, density_kg_per_m3, kinematic_viscosity_m2_per_s, domain_cells,
+                  boundaries);
   wire("no_slip_plane", setup.no_slip_plane, -1);
-  wire("symmetry_planes", setup.symmetry_planes);
-  wire("body_force_N_per_m3", setup.body_force_N_per_m3);
-  wire("initial_flow", setup.initial_flow);
-  wire("collision", setup.collision);
-  wire("moving_boundary", setup.moving_boundary);
-  wire("refill", setup.refill);
-  wire("precision", setup.precision);
-  wire("film_thickness_m", setup.film_thickness_m);
-  wire("wall_overlap_m", setup.wall_overlap_m);
-  wire("bodies", setup.bodies);
-  wire("jointed", setup.jointed);
-  wire("obstacles", setup.obstacles);
-  wire("fields", setup.fields);
-  wire("trace_directory", setup.trace_directory);
+  COPEPOD_MEMBERS(wire, setup, symmetry_planes, body_force_N_per_m3, initial_flow, collision, moving_boundary, refill,
+                  precision, film_thickness_m, wall_overlap_m, bodies, jointed, obstacles, fields, trace_directory);
 }
 
 void describe(auto& wire, Is<BodySpecification> auto& body) {
-  wire("name", body.name);
-  wire("shape", body.shape);
-  wire("mass_kg", body.mass_kg);
-  wire("motion", body.motion);
-  wire("axis", body.axis);
-  wire("position_m", body.position_m);
-  wire("orientation_wxyz", body.orientation_wxyz);
-  wire("velocity_m_per_s", body.velocity_m_per_s);
-  wire("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s);
-  wire("inertia_kg_m2", body.inertia_kg_m2);
+  COPEPOD_MEMBERS(wire, body, name, shape, mass_kg, motion, axis, position_m, orientation_wxyz, velocity_m_per_s,
+                  angular_velocity_rad_per_s, inertia_kg_m2);
 }
 
 void describe(auto& wire, Is<SpringSpecification> auto& spring) {
-  wire("body_A", spring.body_A);
-  wire("body_B", spring.body_B);
-  wire("stiffness_N_per_m", spring.stiffness_N_per_m);
-  wire("damping_N_s_per_m", spring.damping_N_s_per_m);
-  wire("rest_length_m", spring.rest_length_m);
-  wire("anchor_A_m", spring.anchor_A_m);
-  wire("anchor_B_m", spring.anchor_B_m);
+  COPEPOD_MEMBERS(wire, spring, body_A, body_B, stiffness_N_per_m, damping_N_s_per_m, rest_length_m, anchor_A_m,
+                  anchor_B_m);
 }
 
 void describe(auto& wire, Is<BendSpecification> auto& bend) {
-  wire("body_A", bend.body_A);
-  wire("body_B", bend.body_B);
-  wire("body_C", bend.body_C);
-  wire("stiffness_N_m_per_rad", bend.stiffness_N_m_per_rad);
-  wire("rest_angle_rad", bend.rest_angle_rad);
+  COPEPOD_MEMBERS(wire, bend, body_A, body_B, body_C, stiffness_N_m_per_rad, rest_angle_rad);
 }
 
 void describe(auto& wire, Is<JointSpecification> auto& joint) {
-  wire("kind", joint.kind);
-  wire("body_A", joint.body_A);
+  COPEPOD_MEMBERS(wire, joint, kind, body_A);
   wire("body_B", joint.body_B, -1);
-  wire("anchor_A_m", joint.anchor_A_m);
-  wire("anchor_B_m", joint.anchor_B_m);
-  wire("axis", joint.axis);
-  wire("stiffness", joint.stiffness);
-  wire("damping", joint.damping);
-  wire("rest", joint.rest);
-  wire("lowest", joint.lowest);
-  wire("highest", joint.highest);
+  COPEPOD_MEMBERS(wire, joint, anchor_A_m, anchor_B_m, axis, stiffness, damping, rest, lowest, highest);
 }
 
 void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
-  wire("kind", actuator.kind);
-  wire("body_A", actuator.body_A);
+  COPEPOD_MEMBERS(wire, actuator, kind, body_A);
   wire("body_B", actuator.body_B, -1);
-  wire("direction", actuator.direction);
-  wire("anchor_A_m", actuator.anchor_A_m);
-  wire("anchor_B_m", actuator.anchor_B_m);
+  COPEPOD_MEMBERS(wire, actuator, direction, anchor_A_m, anchor_B_m);
   wire("joint", actuator.joint, -1);
   wire("control", actuator.control);
 }
 
 void describe(auto& wire, Is<WallSpecification> auto& wall) {
-  wire("point_m", wall.point_m);
-  wire("normal", wall.normal);
-  wire("velocity_m_per_s", wall.velocity_m_per_s);
-  wire("friction", wall.friction);
+  COPEPOD_MEMBERS(wire, wall, point_m, normal, velocity_m_per_s, friction);
 }
 
 void describe(auto& wire, Is<ContactSpecification> auto& contact) {
-  wire("stiffness_N_per_m", contact.stiffness_N_per_m);
-  wire("restitution", contact.restitution);
-  wire("friction", contact.friction);
+  COPEPOD_MEMBERS(wire, contact, stiffness_N_per_m, restitution, friction);
 }
 
 void describe(auto& wire, Is<ModelSpecification> auto& model) {
   wire("text", model.text, kLimits.model_bytes);
-  wire("length_m", model.length_m);
-  wire("mass_kg", model.mass_kg);
-  wire("time_s", model.time_s);
+  COPEPOD_MEMBERS(wire, model, length_m, mass_kg, time_s);
 }
 
 void describe(auto& wire, Is<BodySetup> auto& setup) {
-  wire("step_s", setup.step_s);
-  wire("integrator", setup.integrator);
-  wire("gravity_m_per_s2", setup.gravity_m_per_s2);
-  wire("fluid_density_kg_per_m3", setup.fluid_density_kg_per_m3);
-  wire("periodic_length_m", setup.periodic_length_m);
-  wire("bodies", setup.bodies);
-  wire("springs", setup.springs);
-  wire("bends", setup.bends);
-  wire("joints", setup.joints);
-  wire("actuators", setup.actuators);
-  wire("walls", setup.walls);
-  wire("contact", setup.contact);
-  wire("model", setup.model);
+  COPEPOD_MEMBERS(wire, setup, step_s, integrator, gravity_m_per_s2, fluid_density_kg_per_m3, periodic_length_m, bodies,
+                  springs, bends, joints, actuators, walls, contact, model);
   wire("threads", setup.threads, 1);
   wire("trace_directory", setup.trace_directory);
 }
 
 void describe(auto& wire, Is<session::VersionRange> auto& versions) {
-  wire("major", versions.major);
-  wire("minor_min", versions.minor_min);
-  wire("minor_max", versions.minor_max);
+  COPEPOD_MEMBERS(wire, versions, major, minor_min, minor_max);
 }
 
 void describe(auto& wire, Is<Capabilities> auto& capabilities) {
-  wire("name", capabilities.name);
-  wire("version", capabilities.version);
-  wire("features", capabilities.features);
+  COPEPOD_MEMBERS(wire, capabilities, name, version, features);
 }
 
 void describe(auto& wire, Is<session::Hello> auto& hello) {
-  wire("role", hello.role);
-  wire("lane", hello.lane);
-  wire("versions", hello.versions);
-  wire("session_token", hello.session_token);
-  wire("capabilities", hello.capabilities);
-  wire("host", hello.host);
-  wire("pid", hello.pid);
-  wire("ranks", hello.ranks);
-  wire("instance", hello.instance);
+  COPEPOD_MEMBERS(wire, hello, role, lane, versions, session_token, capabilities, host, pid, ranks, instance);
 }
 
 void describe(auto& wire, Is<session::Welcome> auto& welcome) {
-  wire("minor", welcome.minor);
-  wire("session_id", welcome.session_id);
-  wire("epoch", welcome.epoch);
+  COPEPOD_MEMBERS(wire, welcome, minor, session_id, epoch);
 }
 
 void describe(auto& wire, Is<session::Refusal> auto& refusal) { wire("reason", refusal.reason, kProse); }
@@ -236,33 +141,20 @@ void describe(auto& wire, Is<session::CheckpointPath> auto& path) { wire("path",
 void describe(auto& wire, Is<session::Saved> auto& saved) { wire("problem", saved.problem, kProse); }
 
 void describe(auto& wire, Is<SolverSummary> auto& summary) {
-  wire("digest", summary.digest);
-  wire("cell_updates", summary.cell_updates);
-  wire("ranks", summary.ranks);
-  wire("body_phases", summary.body_phases);
-  wire("waiting_phases", summary.waiting_phases);
-  wire("mass_drift", summary.mass_drift);
-  wire("momentum_drift", summary.momentum_drift);
+  COPEPOD_MEMBERS(wire, summary, digest, cell_updates, ranks, body_phases, waiting_phases, mass_drift, momentum_drift);
 }
 
 void describe(auto& wire, Is<session::Ping> auto& ping) { wire("stamp_ns", ping.stamp_ns); }
 
 void describe(auto& wire, Is<session::Pong> auto& pong) {
-  wire("stamp_ns", pong.stamp_ns);
-  wire("step", pong.step);
-  wire("phase", pong.phase);
-  wire("progress", pong.progress);
-  wire("received_sequence", pong.received_sequence);
-  wire("replied_sequence", pong.replied_sequence);
-  wire("awaited_rank", pong.awaited_rank);
+  COPEPOD_MEMBERS(wire, pong, stamp_ns, step, phase, progress, received_sequence, replied_sequence, awaited_rank);
 }
 
 void describe(auto& wire, Is<FailureReport> auto& failure) {
   wire("code", failure.code);
   wire("component", failure.component, kProse);
   wire("host", failure.host, kProse);
-  wire("rank", failure.rank);
-  wire("step", failure.step);
+  COPEPOD_MEMBERS(wire, failure, rank, step);
   wire("reason", failure.reason, kProse);
 }
 

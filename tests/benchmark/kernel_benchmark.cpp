@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include "benchmark/memory_rates.hpp"
+#include "contract/words.hpp"
 #include "lattice_boltzmann/kernel/collision.hpp"
 #include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
@@ -20,17 +21,18 @@ constexpr Box paper{{0, 0, 0}, {100, 100, 200}};
 constexpr Box quarter{{0, 0, 0}, {50, 50, 200}};
 
 template <class T>
-CollisionConstants<T> constants() {
-  return collision_constants<T>(CollisionKind::bgk, 2.0 / 3.0, Eigen::Vector3d::Zero());
+CollisionConstants<T> constants(CollisionKind collision) {
+  return collision_constants<T>(collision, 2.0 / 3.0, Eigen::Vector3d::Zero());
 }
 
 template <class T>
-void stream_collide(::benchmark::State& state, StreamCollide<T> update, Placement placement, const Box& box) {
+void stream_collide(::benchmark::State& state, StreamCollide<T> update, Placement placement, const Box& box,
+                    CollisionKind collision) {
   if (update == nullptr) return state.SkipWithError("this machine cannot run it");
   const PopulationLayout layout(box, sizeof(T));
   HugeArray<T> populations(static_cast<std::size_t>(layout.values()));
   for (auto _ : state) {
-    update(populations.data(), layout, placement, box, constants<T>(), false, nullptr);
+    update(populations.data(), layout, placement, box, constants<T>(collision), false, nullptr);
     ::benchmark::ClobberMemory();
   }
   state.SetItemsProcessed(state.iterations() * box.volume());
@@ -56,8 +58,10 @@ void add(const std::string& precision) {
       for (const auto& [set, update] : {std::pair{"avx512/", avx512_kernels<T>().stream_collide},
                                         {"avx2/", avx2_kernels<T>().stream_collide},
                                         {"baseline/", baseline_kernels<T>().stream_collide}})
-        ::benchmark::RegisterBenchmark((set + std::string(name) + suffix).c_str(), stream_collide<T>, update, placement,
-                                       box);
+        for (const auto collision : {CollisionKind::trt, CollisionKind::central_moments})
+          ::benchmark::RegisterBenchmark(
+              (set + std::string(name) + suffix + "/" + name_of(collision_names, collision)).c_str(), stream_collide<T>,
+              update, placement, box, collision);
     }
     ::benchmark::RegisterBenchmark(("streams" + suffix).c_str(), streams<T>, box);
   }

@@ -257,6 +257,13 @@ class Runs(PackageTest):
         self.assertIn("rotation in a cycle", str(run))
         self.assertIn("finished", repr(copepod.load(run.directory)))
 
+    def test_flow_without_bodies_has_case_fields_and_report(self):
+        run = self.run_of(ROOT / "configs/validation/taylor_green.yaml")
+        self.assertEqual((run.case["fluid.collision"], len(run.trajectory)), ("trt", 0))
+        self.assertEqual(run.fields["velocity_m_per_s"].shape, (3, 4, 32, 32, 3))
+        self.assert_ends(self.start("report", run.directory), 0, timeout_s=60)
+        self.assertTrue((run.directory / "report/taylor_green_flow.png").is_file())
+
     def test_follow_waits_for_a_run_that_is_about_to_start(self):
         out = self.folder / "later"
         start = threading.Timer(0.5, lambda: copepod.run(VACUUM, out, set=SHORT, quiet=True))

@@ -25,6 +25,7 @@ struct Method {
   bool has_open_faces = false;
   bool has_other_shapes = false;
   bool has_stream = false;
+  CollisionKind collision = CollisionKind::bgk;
 };
 
 FluidSetup wandering_bodies(const Method& method) {
@@ -41,6 +42,7 @@ FluidSetup wandering_bodies(const Method& method) {
     setup.boundaries[3].kind = BoundaryKind::outflow;
   }
   setup.precision = method.precision;
+  setup.collision = method.collision;
   setup.moving_boundary = method.moving_boundary;
   setup.refill = method.refill;
   setup.bodies = {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}};
@@ -191,13 +193,18 @@ INSTANTIATE_TEST_SUITE_P(
                     Method{Precision::double_precision, MovingBoundary::central_linear, Refill::grad, false, true},
                     Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, false, true},
                     Method{Precision::single_precision, MovingBoundary::parabolic, Refill::nonequilibrium, false, true,
-                           true}),
+                           true},
+                    Method{.moving_boundary = MovingBoundary::parabolic,
+                           .refill = Refill::grad,
+                           .has_stream = true,
+                           .collision = CollisionKind::central_moments}),
     [](const auto& instance) {
       std::string name = instance.param.precision == Precision::double_precision ? "Double_" : "Single_";
       name += name_of(moving_boundary_names, instance.param.moving_boundary);
       if (instance.param.has_open_faces) name += "OpenFaces";
       if (instance.param.has_other_shapes) name += "OtherShapes";
       if (instance.param.has_stream) name += "Stream";
+      if (instance.param.collision == CollisionKind::central_moments) name += "CentralMoments";
       std::erase(name, '_');
       return name;
     });

@@ -127,7 +127,7 @@ class _Draw:
         self.planes = [axis for axis in range(3) if self.chance(0.1)]
         self.cells = [2 * rng.randint(12, 18) if axis in self.planes else rng.randint(24, 36) for axis in range(3)]
         self.faces = [self._faces(axis) for axis in range(3)]
-        collision = rng.choice(["trt", "trt", "bgk"]) if self.tau > 0.59 else "trt"
+        collision = rng.choice(["trt", "central_moments"] + ["bgk"] * (self.tau > 0.59))
         self.fluid = {
             "solver": "lattice_boltzmann",
             "density_kg_per_m3": DENSITY_KG_PER_M3,

@@ -77,11 +77,14 @@ FluidKind fluid_kind(FluidSolverChoice choice) {
 void declare(Keys& keys, InitialFlow& flow) {
   keys.choice("kind", flow.kind, initial_flow_names,
               "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: "
-              "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic.");
+              "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic; "
+              "taylor_green_3d: U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0) in a cube, "
+              "one wavelength along x, y and z, which are periodic or free_slip.");
   if (keys.when(flow.kind == InitialFlowKind::uniform))
     keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
-  if (keys.when(flow.kind == InitialFlowKind::taylor_green))
-    keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive, "For kind: taylor_green, U.");
+  if (keys.when(flow.kind >= InitialFlowKind::taylor_green))
+    keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive,
+                "For kind: taylor_green or taylor_green_3d, U.");
 }
 
 ordered_json resolved_face(const Boundary& boundary) {
@@ -185,9 +188,11 @@ void declare(Keys& keys, FluidCase& fluid) {
       "periodic, or mirrors, and no body is held, nothing takes it up: fluid and bodies accelerate for ever.");
   keys.section("initial_flow", "Flow before step 0, with its pressure. Default: at rest.",
                [&](Keys& flow) { declare(flow, fluid.initial_flow); });
-  keys.choice("collision", fluid.collision, collision_names,
-              "trt: two relaxation times with Λ = 3/16, so that walls do not move with the relaxation time; bgk: one "
-              "relaxation time (the paper's).");
+  keys.choice(
+      "collision", fluid.collision, collision_names,
+      "trt: two relaxation times with Λ = 3/16, so that walls do not move with the relaxation time; bgk: one "
+      "relaxation time (the paper's); central_moments: stable at low viscosity, for Reynolds numbers above 8 per "
+      "cell, where surfaces are less accurate (docs/flows.md).");
   keys.choice("moving_boundary", fluid.moving_boundary, moving_boundary_names,
               "Where along a link a body's surface acts: bounce_back: half-way (the paper's; loads lack ρVω×v, so that "
               "the lift on bodies that move and turn has the wrong sign, −0.7 of Rubinow and Keller's); interpolated: "

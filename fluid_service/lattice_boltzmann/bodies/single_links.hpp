@@ -33,8 +33,8 @@ inline double along(int direction, const Eigen::Ref<const Eigen::Vector3d>& u) {
 [[noreturn]] inline void throw_diverged(const Cell& cell) {
   throw SolverError("the flow diverged beside a body at cell (" + std::to_string(cell[0]) + ", " +
                     std::to_string(cell[1]) + ", " + std::to_string(cell[2]) +
-                    ") (a population is not finite or far too large). Use collision: trt, a relaxation time nearer to "
-                    "1, slower motion, or coupling.virtual_mass: auto for light bodies.");
+                    ") (a population is not finite or far too large). Use collision: central_moments, a "
+                    "relaxation time nearer to 1, slower motion, or coupling.virtual_mass: auto for light bodies.");
 }
 
 /// d(e_α·u)/ds along a link whose second cell, x_f − e_α, is covered or beyond a wall: between the two surfaces,

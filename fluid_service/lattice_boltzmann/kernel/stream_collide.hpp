@@ -89,7 +89,7 @@ struct StreamCollideLoop {
   }
 
   /// @param cell  place of cell z in `updated`, which is null where moments are not needed
-  template <int w, bool streamed, bool has_force, class Updated>
+  template <int w, bool streamed, CollisionForm form, class Updated>
   [[gnu::always_inline]] static void update(T* const (&row)[d3q19::directions], std::int64_t z,
                                             const CollisionConstants<T>& constants, Updated updated,
                                             std::int64_t cell) {
@@ -99,7 +99,7 @@ struct StreamCollideLoop {
 #pragma GCC unroll 19
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       std::memcpy(&g[streamed ? alpha : d3q19::opposite(alpha)], row[alpha] + z, sizeof(U));
-    collide<has_force>(g, constants);
+    collide<form>(g, constants);
 #pragma GCC unroll 19
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
       std::memcpy(row[alpha] + z, &g[streamed ? d3q19::opposite(alpha) : alpha], sizeof(U));
@@ -107,20 +107,20 @@ struct StreamCollideLoop {
   }
 
   /// From cell z to cell `end`: in packs of w cells, what is left in narrower ones, then cell by cell.
-  template <int w, bool streamed, bool has_force, class Updated>
+  template <int w, bool streamed, CollisionForm form, class Updated>
   [[gnu::always_inline]] static void update_cells(T* const (&row)[d3q19::directions], std::int64_t first,
                                                   std::int64_t z, std::int64_t end,
                                                   const CollisionConstants<T>& constants, Updated updated) {
     for (; z + w <= end; z += w) {
       if (w == width && z % values_per_line == 0) prefetch(row, z + prefetch_lines * values_per_line);
-      update<w, streamed, has_force>(row, z, constants, updated, z - first);
+      update<w, streamed, form>(row, z, constants, updated, z - first);
     }
     if constexpr (w > 1)
-      update_cells<(w > narrowest ? w / 2 : 1), streamed, has_force>(row, first, z, end, constants, updated);
+      update_cells<(w > narrowest ? w / 2 : 1), streamed, form>(row, first, z, end, constants, updated);
   }
 
   /// @param low  z of the first cell
-  template <bool streamed, bool has_force>
+  template <bool streamed, CollisionForm form>
   [[gnu::noinline]] static void row_beside_bodies(T* const (&row)[d3q19::directions], std::int64_t low,
                                                   std::int64_t length, const CollisionConstants<T>& constants,
                                                   const RowsBesideBodies<T>& beside, const BoundaryRow& of_row) {
@@ -145,14 +145,14 @@ struct StreamCollideLoop {
     for (std::int64_t first = 0; first < length; first += piece) {
       const std::int64_t end = std::min(first + piece, length);
       if (cell == last_cell || beside.z[cell] >= low + end) {
-        update_cells<width, streamed, has_force>(row, first, first, end, constants, nullptr);
+        update_cells<width, streamed, form>(row, first, first, end, constants, nullptr);
         continue;
       }
       const std::uint32_t first_link = link;
       for (; link < last_link && z_of(beside.links[link]) < low + end; ++link)
         crossing_at[direction_of(beside.links[link])][z_of(beside.links[link])] =
             beside.by_link[per_link * link + Values::crossing];
-      update_cells<width, streamed, has_force>(row, first, first, end, constants, &updated);
+      update_cells<width, streamed, form>(row, first, first, end, constants, &updated);
       for (std::uint32_t i = first_link; i < link; ++i) {
         const LinkInRow of = beside.links[i];
         T* const values = beside.by_link + per_link * i;
@@ -192,7 +192,7 @@ struct StreamCollideLoop {
     if (region.high[2] == last + 1 && last > 0) move(layout.site(x, y, last));
   }
 
-  template <bool streamed, bool has_force>
+  template <bool streamed, CollisionForm form>
   static void rows(T* populations, const PopulationLayout& layout, const Box& region,
                    const CollisionConstants<T>& constants, const RowsBesideBodies<T>* beside_bodies) {
     const std::int64_t length = region.extent(2);
@@ -208,18 +208,26 @@ struct StreamCollideLoop {
         const BoundaryRow* const of_row =
             beside_bodies ? beside_bodies->rows + (x * layout.block().extent(1) + y) : nullptr;
         if (of_row && of_row->cells > 0)
-          row_beside_bodies<streamed, has_force>(row, region.low[2], length, constants, *beside_bodies, *of_row);
+          row_beside_bodies<streamed, form>(row, region.low[2], length, constants, *beside_bodies, *of_row);
         else
-          update_cells<width, streamed, has_force>(row, 0, 0, length, constants, nullptr);
+          update_cells<width, streamed, form>(row, 0, 0, length, constants, nullptr);
         if constexpr (!streamed) move_row_ends<false>(populations, layout, region, x, y);
       }
   }
 
+  template <CollisionForm>
+  struct Constant {};
+
   static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
                   const CollisionConstants<T>& constants, bool has_force, const RowsBesideBodies<T>* beside_bodies) {
-    const auto chosen = placement == Placement::streamed ? (has_force ? &rows<true, true> : &rows<true, false>)
-                                                         : (has_force ? &rows<false, true> : &rows<false, false>);
-    chosen(populations, layout, region, constants, beside_bodies);
+    const auto run_form = [&]<CollisionForm form>(Constant<form>) {
+      const auto chosen = placement == Placement::streamed ? &rows<true, form> : &rows<false, form>;
+      chosen(populations, layout, region, constants, beside_bodies);
+    };
+    if (constants.central_moments)
+      has_force ? run_form(Constant<CollisionForm{true, true}>()) : run_form(Constant<CollisionForm{true, false}>());
+    else
+      has_force ? run_form(Constant<CollisionForm{false, true}>()) : run_form(Constant<CollisionForm{false, false}>());
   }
 };
 

@@ -72,6 +72,23 @@ inline LocalFlow taylor_green_flow(const FluidSetup& setup, const LatticeUnits& 
   return flow;
 }
 
+/// u = U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0),   p = ρU²/16 (cos 2kx + cos 2ky)(cos 2kz + 2)
+/// [Taylor & Green 1937], one wavelength along each edge of a cube.
+inline LocalFlow taylor_green_flow_3d(const FluidSetup& setup, const LatticeUnits& units,
+                                      const Eigen::Vector3d& centre) {
+  const double speed = units.velocity_lu({setup.initial_flow.speed_m_per_s, 0.0, 0.0}).x();
+  const double k = 2.0 * std::numbers::pi / static_cast<double>(setup.domain_cells[0]);
+  const Eigen::Array3d c = (k * centre).array().cos();
+  const Eigen::Array3d s = (k * centre).array().sin();
+  LocalFlow flow;
+  flow.velocity = speed * c.z() * Eigen::Vector3d(s.x() * c.y(), -c.x() * s.y(), 0.0);
+  flow.gradient.row(0) = speed * k * Eigen::RowVector3d(c.prod(), -s.x() * s.y() * c.z(), -s.x() * c.y() * s.z());
+  flow.gradient.row(1) = speed * k * Eigen::RowVector3d(s.x() * s.y() * c.z(), -c.prod(), c.x() * s.y() * s.z());
+  const Eigen::Array3d twice = (2.0 * k * centre).array().cos();
+  flow.excess_density = 3.0 / 16.0 * speed * speed * (twice.x() + twice.y()) * (twice.z() + 2.0);
+  return flow;
+}
+
 /// The flow that a setup starts with, in one cell of the whole domain.
 inline LocalFlow initial_flow(const FluidSetup& setup, const LatticeUnits& units, const Cell& cell) {
   const Eigen::Vector3d centre(static_cast<double>(cell[0]) + 0.5, static_cast<double>(cell[1]) + 0.5,
@@ -85,6 +102,8 @@ inline LocalFlow initial_flow(const FluidSetup& setup, const LatticeUnits& units
       return shear_flow(setup, units, centre);
     case InitialFlowKind::taylor_green:
       return taylor_green_flow(setup, units, centre);
+    case InitialFlowKind::taylor_green_3d:
+      return taylor_green_flow_3d(setup, units, centre);
   }
   return {};
 }

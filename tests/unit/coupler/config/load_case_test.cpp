@@ -66,7 +66,7 @@ TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
   EXPECT_EQ(setup.boundaries[4].pressure_Pa, 1.0);
   EXPECT_EQ(setup.symmetry_planes, (std::array<bool, 3>{false, true, false}));
   EXPECT_EQ(setup.body_force_N_per_m3, Eigen::Vector3d(0, 0, 0.25));
-  EXPECT_EQ(setup.collision, CollisionKind::trt);
+  EXPECT_EQ(setup.collision, CollisionKind::central_moments);
   EXPECT_EQ(setup.precision, Precision::single_precision);
   ASSERT_EQ(setup.bodies.size(), 11U);
   EXPECT_EQ(setup.bodies[7].extents_m, Eigen::Vector3d(1e-6, 2e-6, 3e-6));
@@ -125,7 +125,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                                                                        "boundary:pressure",
                                                                                        "boundary:velocity",
                                                                                        "checkpoint",
-                                                                                       "collision:trt",
+                                                                                       "collision:central_moments",
                                                                                        "fields",
                                                                                        "fields:selection",
                                                                                        "initial_flow:uniform",
@@ -195,10 +195,10 @@ TEST(Requirements, AreFewForOtherSolvers) {
     return required_of_fluid(loaded.content, loaded.assembly);
   };
   EXPECT_TRUE(required("stokes").contains("solver:stokes"));
-  EXPECT_FALSE(required("stokes").contains("collision:trt"));
+  EXPECT_FALSE(required("stokes").contains("collision:central_moments"));
   EXPECT_FALSE(required("stokes").contains("fields"));
   EXPECT_TRUE(required("stokes").contains("no_slip_plane"));
-  EXPECT_FALSE(required("external").contains("collision:trt"));
+  EXPECT_FALSE(required("external").contains("collision:central_moments"));
   EXPECT_TRUE(required("external").contains("body_force")) << "an external solver must not leave out physics unnoticed";
 }
 

@@ -80,7 +80,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
      {[](FluidSetup& s) { s.initial_flow.kind = InitialFlowKind::uniform; }, "initial_flow:uniform"}},
     {"initial_flow.speed_m_per_s",
      {[](FluidSetup& s) { s.initial_flow.kind = InitialFlowKind::taylor_green; }, "initial_flow:taylor_green"}},
-    {"collision", {[](FluidSetup& s) { s.collision = CollisionKind::trt; }, "collision:trt"}},
+    {"collision", {[](FluidSetup& s) { s.collision = CollisionKind::central_moments; }, "collision:central_moments"}},
     {"moving_boundary", {[](FluidSetup&) {}, "moving_boundary:bounce_back"}},
     {"refill", {[](FluidSetup&) {}, "refill:equilibrium"}},
     {"precision", {[](FluidSetup& s) { s.precision = Precision::single_precision; }, "precision:single"}},

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -22,10 +23,11 @@ std::vector<T> random_populations(const PopulationLayout& layout) {
 
 /// Two steps of a block whose rows do not divide by the vector width.
 template <class T>
-std::vector<T> two_steps(StreamCollide<T> update, const std::vector<Box>& regions, const Eigen::Vector3d& force) {
+std::vector<T> two_steps(StreamCollide<T> update, const std::vector<Box>& regions, const Eigen::Vector3d& force,
+                         CollisionKind collision) {
   const PopulationLayout layout(Box{{0, 0, 0}, {5, 4, 29}}, sizeof(T));
   std::vector<T> values = random_populations<T>(layout);
-  const auto constants = collision_constants<T>(CollisionKind::trt, 0.7, force);
+  const auto constants = collision_constants<T>(collision, 0.7, force);
   for (const Placement placement : {Placement::home, Placement::streamed})
     for (const Box& region : regions)
       update(values.data(), layout, placement, region, constants, !force.isZero(0.0), nullptr);
@@ -42,20 +44,23 @@ TYPED_TEST(StreamCollideKernel, GivesTheSameBitsForEveryInstructionSet) {
   if (wide == nullptr) GTEST_SKIP() << "this machine has no AVX2";
   const StreamCollide<TypeParam> widest = avx512_kernels<TypeParam>().stream_collide;
   const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 29}}};
-  for (const Eigen::Vector3d& force : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-4, 2e-4, -3e-4)}) {
-    const auto expected = two_steps(baseline_kernels<TypeParam>().stream_collide, whole, force);
-    EXPECT_EQ(two_steps(wide, whole, force), expected);
-    if (widest != nullptr) {
-      EXPECT_EQ(two_steps(widest, whole, force), expected);
+  for (const Eigen::Vector3d& force : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-4, 2e-4, -3e-4)})
+    for (const CollisionKind collision : {CollisionKind::trt, CollisionKind::central_moments}) {
+      const auto expected = two_steps(baseline_kernels<TypeParam>().stream_collide, whole, force, collision);
+      EXPECT_EQ(two_steps(wide, whole, force, collision), expected);
+      if (widest != nullptr) {
+        EXPECT_EQ(two_steps(widest, whole, force, collision), expected);
+      }
     }
-  }
 }
 
 TYPED_TEST(StreamCollideKernel, GivesTheSameBitsInVectorBodyAndRemainder) {
   const std::vector<Box> whole = {{{0, 0, 0}, {5, 4, 29}}};
   const std::vector<Box> pieces = {{{0, 0, 0}, {5, 4, 3}}, {{0, 0, 3}, {2, 4, 29}}, {{2, 0, 3}, {5, 4, 29}}};
   const auto update = choose_kernels<TypeParam>().stream_collide;
-  EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero()), two_steps(update, pieces, Eigen::Vector3d::Zero()));
+  for (const CollisionKind collision : {CollisionKind::trt, CollisionKind::central_moments})
+    EXPECT_EQ(two_steps(update, whole, Eigen::Vector3d::Zero(), collision),
+              two_steps(update, pieces, Eigen::Vector3d::Zero(), collision));
 }
 
 /// Two links of every third cell of a block's rows but the first one.
@@ -140,7 +145,8 @@ TEST(Collision, LeavesAnEquilibriumAsItIs) {
   double g[d3q19::directions];
   for (int alpha = 0; alpha < d3q19::directions; ++alpha) g[alpha] = equilibrium_deviation(alpha, 0.01, velocity);
   const std::vector<double> before(g, g + d3q19::directions);
-  collide<false>(g, collision_constants<double>(CollisionKind::bgk, 0.8, Eigen::Vector3d::Zero()));
+  collide<CollisionForm{false, false}>(g,
+                                       collision_constants<double>(CollisionKind::bgk, 0.8, Eigen::Vector3d::Zero()));
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
     EXPECT_NEAR(g[alpha], before[static_cast<std::size_t>(alpha)], 1e-16);
 }
@@ -152,7 +158,7 @@ TEST(Collision, ConservesMassAndAddsTheForceToTheMomentum) {
   double g[d3q19::directions];
   for (double& value : g) value = distribution(generator);
   const Moments<double> before = moments(g);
-  collide<true>(g, collision_constants<double>(CollisionKind::trt, 0.6, force));
+  collide<CollisionForm{false, true}>(g, collision_constants<double>(CollisionKind::trt, 0.6, force));
   const Moments<double> after = moments(g);
   EXPECT_NEAR(after.excess_density, before.excess_density, 1e-16);
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(after.momentum[axis] - before.momentum[axis], force[axis], 1e-16);
@@ -172,8 +178,84 @@ TEST(Collision, IsThePapersBgkForEqualRates) {
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
     expected[alpha] =
         g[alpha] - (g[alpha] - equilibrium_deviation(alpha, m.excess_density, velocity)) / relaxation_time;
-  collide<false>(g, collision_constants<double>(CollisionKind::bgk, relaxation_time, Eigen::Vector3d::Zero()));
+  collide<CollisionForm{false, false}>(
+      g, collision_constants<double>(CollisionKind::bgk, relaxation_time, Eigen::Vector3d::Zero()));
   for (int alpha = 0; alpha < d3q19::directions; ++alpha) EXPECT_NEAR(g[alpha], expected[alpha], 1e-16) << alpha;
+}
+
+/// Σ f (e − u)_x^p (e − u)_y^q (e − u)_z^r
+double central_moment(const double (&g)[d3q19::directions], const Eigen::Vector3d& u, int p, int q, int r) {
+  double sum = 0.0;
+  for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
+    const auto& e = d3q19::e[alpha];
+    sum += (g[alpha] + d3q19::weight(alpha)) * std::pow(e[0] - u.x(), p) * std::pow(e[1] - u.y(), q) *
+           std::pow(e[2] - u.z(), r);
+  }
+  return sum;
+}
+
+// Moments by their definition, before and after; u² F and u⁴ are what the collision leaves out.
+TEST(Collision, RelaxesCentralMoments) {
+  std::mt19937 generator(11);
+  std::uniform_real_distribution<double> distribution(-2e-3, 2e-3);
+  for (const Eigen::Vector3d& force : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1e-5, -2e-5, 3e-5)}) {
+    double g[d3q19::directions];
+    for (double& value : g) value = distribution(generator);
+    double before[d3q19::directions];
+    std::ranges::copy(g, before);
+    const double tau = 0.6;
+    const auto constants = collision_constants<double>(CollisionKind::central_moments, tau, force);
+    force.isZero(0.0) ? collide<CollisionForm{true, false}>(g, constants)
+                      : collide<CollisionForm{true, true}>(g, constants);
+    const Moments<double> m = moments(before);
+    const double density = 1.0 + m.excess_density;
+    const Eigen::Vector3d u = (m.momentum_vector() + 0.5 * force) / density;
+    EXPECT_GT(u.norm(), 0.002);
+    const double tolerance = force.isZero(0.0) ? 1e-16 : 2e-9;
+    EXPECT_NEAR(moments(g).excess_density, m.excess_density, 1e-16);
+    EXPECT_LT((moments(g).momentum_vector() - m.momentum_vector() - force).norm(), 1e-16);
+    const auto second = [&](const double(&f)[d3q19::directions], int a, int b) {
+      return central_moment(f, u, (a == 0) + (b == 0), (a == 1) + (b == 1), (a == 2) + (b == 2));
+    };
+    const double trace = second(before, 0, 0) + second(before, 1, 1) + second(before, 2, 2);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        const double kept = (1.0 - 1.0 / tau) * (second(before, a, b) - (a == b ? trace / 3.0 : 0.0));
+        EXPECT_NEAR(second(g, a, b), kept + (a == b ? density / 3.0 : 0.0), 1e-15) << a << b;
+        if (a == b) continue;
+        EXPECT_NEAR(central_moment(g, u, 2 * (a == 0) + (b == 0), 2 * (a == 1) + (b == 1), 2 * (a == 2) + (b == 2)),
+                    force[b] / 6.0, tolerance);
+        double fourth = -1.0 / 9.0;  // M_aabb
+        for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+          fourth += (g[alpha] + d3q19::weight(alpha)) * std::pow(d3q19::e[alpha][a] * d3q19::e[alpha][b], 2);
+        const double excess = m.excess_density;
+        const double pair = second(g, a, a) + second(g, b, b) + density * (u[a] * u[a] + u[b] * u[b]) +
+                            u[a] * force[a] + u[b] * force[b] - 2.0 / 3.0;
+        EXPECT_NEAR(fourth, (pair - excess / 3.0) / 3.0, 1e-16);
+      }
+  }
+}
+
+TEST(Collision, TreatsMirrorImagesAlike) {
+  std::mt19937 generator(13);
+  std::uniform_real_distribution<double> distribution(-1e-2, 1e-2);
+  const auto constants = collision_constants<double>(CollisionKind::central_moments, 0.51, Eigen::Vector3d::Zero());
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto image = [&](int alpha) {
+      auto e = d3q19::e[alpha];
+      e[static_cast<std::size_t>(axis)] *= -1;
+      for (int other = 0; other < d3q19::directions; ++other)
+        if (d3q19::e[other] == e) return other;
+      return -1;
+    };
+    double g[d3q19::directions];
+    double mirrored[d3q19::directions];
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) g[alpha] = distribution(generator);
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) mirrored[image(alpha)] = g[alpha];
+    collide<CollisionForm{true, false}>(g, constants);
+    collide<CollisionForm{true, false}>(mirrored, constants);
+    for (int alpha = 0; alpha < d3q19::directions; ++alpha) EXPECT_EQ(mirrored[image(alpha)], g[alpha]) << axis;
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ FluidSetup setup_of(InitialFlowKind kind) {
   setup.cell_size_m = 0.1;
   setup.density_kg_per_m3 = 1000.0;
   setup.domain_cells = {40, 20, 10};
+  if (kind == InitialFlowKind::taylor_green_3d) setup.domain_cells = {40, 40, 40};
   setup.initial_flow = {kind, {0.01, 0.02, 0.03}, 0.004};
   setup.boundaries[3] = {BoundaryKind::velocity, {0.002, 0.0, 0.001}, 0.0};
   setup.boundaries[2] = {BoundaryKind::velocity, {-0.002, 0.0, 0.0}, 0.0};
@@ -31,7 +32,7 @@ TEST(InitialFlow, IsInLatticeUnits) {
 }
 
 TEST(InitialFlow, HasTheGradientOfItsVelocityAndNoDivergence) {
-  for (const InitialFlowKind kind : {InitialFlowKind::shear, InitialFlowKind::taylor_green}) {
+  for (const auto kind : {InitialFlowKind::shear, InitialFlowKind::taylor_green, InitialFlowKind::taylor_green_3d}) {
     const Cell cell{11, 7, 4};
     const LocalFlow flow = flow_in(kind, cell);
     EXPECT_NEAR(flow.gradient.trace(), 0.0, 1e-18);
@@ -58,6 +59,22 @@ TEST(InitialFlow, OfAVortexHasThePressureOfItsCurvedStreamlines) {
     const double rise = flow_in(InitialFlowKind::taylor_green, after).excess_density -
                         flow_in(InitialFlowKind::taylor_green, before).excess_density;
     EXPECT_NEAR(0.5 * rise / 3.0, -acceleration[axis], 0.08 * acceleration.norm()) << axis;
+  }
+}
+
+// ∇²p = −ρ tr (∇u)², which without a divergence is all that p must fulfil.
+TEST(InitialFlow, OfAVortexInThreeDimensionsHasThePressureOfItsStrainAndRotation) {
+  const auto flow_at = [](const Cell& cell) { return flow_in(InitialFlowKind::taylor_green_3d, cell); };
+  for (const Cell& cell : {Cell{11, 7, 4}, Cell{3, 18, 33}}) {
+    double laplacian = -6.0 * flow_at(cell).excess_density;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int way : {-1, 1}) {
+        Cell beside = cell;
+        beside[axis] += way;
+        laplacian += flow_at(beside).excess_density;
+      }
+    const Eigen::Matrix3d gradient = flow_at(cell).gradient;
+    EXPECT_NEAR(laplacian / 3.0, -(gradient * gradient).trace(), 0.02 * gradient.squaredNorm());
   }
 }
 
