@@ -171,7 +171,7 @@ template <bool has_force, class V, class T>
     odd_half[a] = T(0.5) * j[a];
     if constexpr (has_force) odd_half[a] = odd_half[a] + T(0.5) * half_force[a];
   }
-  g[0] = pressure - third * total;
+  g[0] = pressure - third * total;  // δρ − Σ (M_aa − 1/3) + Σ (M_aabb − 1/9)
 #pragma GCC unroll 3
   for (int n = 0; n < 3; ++n) {  // planes of axes a < b, normal to n; quarters of moments
     const int a = n == 0 ? 1 : 0;

@@ -215,19 +215,19 @@ struct StreamCollideLoop {
       }
   }
 
-  template <CollisionForm>
-  struct Constant {};
+  template <CollisionForm form>
+  static auto rows_at(Placement placement) {
+    return placement == Placement::streamed ? &rows<true, form> : &rows<false, form>;
+  }
 
   static void run(T* populations, const PopulationLayout& layout, Placement placement, const Box& region,
                   const CollisionConstants<T>& constants, bool has_force, const RowsBesideBodies<T>* beside_bodies) {
-    const auto run_form = [&]<CollisionForm form>(Constant<form>) {
-      const auto chosen = placement == Placement::streamed ? &rows<true, form> : &rows<false, form>;
-      chosen(populations, layout, region, constants, beside_bodies);
-    };
-    if (constants.central_moments)
-      has_force ? run_form(Constant<CollisionForm{true, true}>()) : run_form(Constant<CollisionForm{true, false}>());
-    else
-      has_force ? run_form(Constant<CollisionForm{false, true}>()) : run_form(Constant<CollisionForm{false, false}>());
+    using Form = CollisionForm;
+    const auto chosen =
+        constants.central_moments
+            ? (has_force ? rows_at<Form{true, true}>(placement) : rows_at<Form{true, false}>(placement))
+            : (has_force ? rows_at<Form{false, true}>(placement) : rows_at<Form{false, false}>(placement));
+    chosen(populations, layout, region, constants, beside_bodies);
   }
 };
 
