@@ -47,6 +47,10 @@ class UnsteadyMotion(WholeRunTest):
             )
             self.assertAlmostEqual(impulse[step] / expected, 1, delta=0.015)
 
+    def test_cylinder_in_a_slit_drifts_to_its_place_between_wall_and_middle(self):
+        place = float(self.rows_of("migrating_cylinder")[-1]["x_m"]) / 48.0e-5
+        self.assertAlmostEqual(place / 0.2745, 1, delta=0.01)  # [Inamuro, Maeba and Ogino 2000], Re = 12.78
+
     def test_started_sphere_and_fluid_keep_their_momentum(self):
         for ratio in (0.5, 1, 2):
             mass = ratio * 4 / 3 * math.pi * DENSITY * (4 * CELL_M) ** 3

@@ -182,7 +182,14 @@ void check_domain(const Case& the_case, Problems& problems) {
 void check_mixture(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   if (fluid.solver != FluidSolverChoice::lattice_boltzmann || assembly.bodies.empty()) return;
-  const auto loose = std::ranges::find_if(assembly.bodies, moves_under_loads);
+  const auto is_pushed = [&](const BodySpecification& body) {  // as a pressure gradient would push it
+    return std::ranges::any_of(assembly.drive, [&](const DrivenActuator& driven) {
+      return driven.actuator.kind == ActuatorKind::world_force && driven.signal.kind == SignalKind::constant &&
+             &assembly.bodies[static_cast<std::size_t>(driven.actuator.body_A)] == &body;
+    });
+  };
+  const auto loose = std::ranges::find_if(
+      assembly.bodies, [&](const BodySpecification& body) { return moves_under_loads(body) && !is_pushed(body); });
   if (!fluid.body_force_N_per_m3.isZero(0.0) && loose != assembly.bodies.end()) {
     problems.warn("fluid.body_force_N_per_m3",
                   "acts on the fluid alone (body '" + loose->name + "' lacks " +

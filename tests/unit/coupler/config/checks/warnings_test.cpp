@@ -85,6 +85,16 @@ const std::vector<Doubtful> doubtful_cases{
     {"body_force_on_the_fluid_alone",
      {"fluid.body_force_N_per_m3=[0, 0, 1.0e+3]"},
      "acts on the fluid alone (body 'swimmer.B2' lacks 2.681e-13 N"},
+    {"body_force_beside_that_on_another_body",
+     {"fluid.body_force_N_per_m3=[0, 0, 1.0e+3]",
+      "actuators=[{kind: world_force, body: swimmer.B2, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: "
+      "2.681e-13}}]"},
+     "acts on the fluid alone (body 'swimmer.B1' lacks 2.681e-13 N"},
+    {"body_force_beside_a_periodic_one",
+     {"fluid.body_force_N_per_m3=[0, 0, 1.0e+3]",
+      "actuators=[{kind: world_force, body: swimmer.B2, direction: [0, 0, 1], signal: {kind: sinusoid, amplitude_N: "
+      "2.681e-13, period_steps: 100}}]"},
+     "acts on the fluid alone (body 'swimmer.B2' lacks 2.681e-13 N"},
     {"force_that_nothing_takes_up",
      {"fluid.symmetry_planes=[]", "fluid.boundaries={x: periodic, y: periodic, z: periodic}",
       "fluid.body_force_N_per_m3=[0, 0, 1.0e+6]"},
