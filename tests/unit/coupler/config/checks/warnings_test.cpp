@@ -90,6 +90,11 @@ const std::vector<Doubtful> doubtful_cases{
       "actuators=[{kind: world_force, body: swimmer.B2, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: "
       "2.681e-13}}]"},
      "acts on the fluid alone (body 'swimmer.B1' lacks 2.681e-13 N"},
+    {"body_force_beside_half_of_it",
+     {"fluid.body_force_N_per_m3=[0, 0, 1.0e+3]",
+      "actuators=[{kind: world_force, body: swimmer.B2, direction: [0, 0, 1], signal: {kind: constant, amplitude_N: "
+      "1.3405e-13}}]"},
+     "acts on the fluid alone (body 'swimmer.B2' lacks 1.34e-13 N"},
     {"body_force_beside_a_periodic_one",
      {"fluid.body_force_N_per_m3=[0, 0, 1.0e+3]",
       "actuators=[{kind: world_force, body: swimmer.B2, direction: [0, 0, 1], signal: {kind: sinusoid, amplitude_N: "
