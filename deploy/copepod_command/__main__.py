@@ -1,11 +1,9 @@
 """Entry point: `deploy/copepod` runs this package with Debian's Python."""
 
-import signal
 import sys
 
-try:
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # blocked by deploy/copepod so far
-    from copepod_run.messages import open_outputs  # late, so that Ctrl-C during the imports is handled
+try:  # signals, which deploy/copepod has blocked, are heeded from main() on; other ways to start Python block none
+    from copepod_run.messages import open_outputs
 
     open_outputs()
     from copepod_command.main import main

@@ -6,6 +6,7 @@ import importlib
 import os
 import signal
 import sys
+import threading
 from collections.abc import Sequence
 from types import FrameType
 
@@ -14,15 +15,20 @@ from copepod_run.errors import ExitCode, Stop
 from copepod_run.messages import Voice, complain, say_lines, silence, speak
 
 _TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what follows --
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _KIT_TOOLS = ("conformance", "recording", "python")  # tools with a command line of their own
 
 
 def main(arguments: Sequence[str]) -> int:
     """Exit code of the command."""
     try:
-        code = _carry_out(arguments)
-        sys.stdout.flush()  # a full disk is noticed here, not when Python has ended
-        return code
+        return _carry_out(arguments)
+    except Stop as stop:
+        if stop.errors:
+            say_lines(stop.errors)
+        if stop.message:
+            complain(stop.message)
+        return stop.code
     except KeyboardInterrupt:
         complain("stopped by Ctrl-C.")
         return ExitCode.INTERRUPTED
@@ -46,13 +52,10 @@ def _carry_out(arguments: Sequence[str]) -> int:
             speak(Voice.JSON)
         module, _, function = options.action.partition(":")
         code: int = getattr(importlib.import_module(module), function)(options)
+        sys.stdout.flush()  # a full disk is noticed here, not when Python has ended
         return code
-    except Stop as stop:
-        if stop.errors:
-            say_lines(stop.errors)
-        if stop.message:
-            complain(stop.message)
-        return stop.code
+    finally:  # Python, while it ends, would answer a signal by a traceback or by nothing
+        signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
 
 
 def _advice(problem: OSError) -> str:
@@ -75,11 +78,20 @@ def _flush_or_silence_stdout() -> None:
 
 def _heed_signals() -> None:
     """They end the command with a last line; deploy/copepod has blocked them so far. Ignored ones (nohup) stay so."""
-    ends = (signal.SIGTERM, signal.SIGHUP)
-    for number in ends:
+    for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _terminate)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, ends)
+    sys.unraisablehook = _send_again
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDS)
+
+
+def _send_again(lost: "sys.UnraisableHookArgs") -> None:
+    """Python drops what a signal's handler raises while an object is destroyed: soon after, the signal comes again."""
+    if isinstance(lost.exc_value, (KeyboardInterrupt, Stop)):
+        number = lost.exc_value.code - 128 if isinstance(lost.exc_value, Stop) else signal.SIGINT
+        threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

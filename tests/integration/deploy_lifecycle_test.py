@@ -228,6 +228,47 @@ class RunLifecycle(TinyRunTest):
         ended = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True)
         self.assertEqual((ended.returncode, ended.stderr), (130, "copepod: stopped by Ctrl-C.\n"))
 
+    def test_a_signal_while_python_ends_changes_nothing(self):
+        (self.folder / "sitecustomize.py").write_text(
+            "import atexit, os, signal, sys\n"
+            "atexit.register(lambda: os.kill(os.getpid(), int(os.environ['NUMBER'])))\n"
+        )
+        paths = f"{self.folder}:{ROOT / 'deploy'}"
+        for arguments, code in (("--version", 0), ("check", 2), (f"check {self.folder}/no_case.yaml", 2)):
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+                ended = subprocess.run(
+                    [sys.executable, "-P", "-m", "copepod_command", *arguments.split()],
+                    env={**os.environ, "PYTHONPATH": paths, "NUMBER": str(int(number))},
+                    capture_output=True,
+                    text=True,
+                )
+                self.assertEqual(ended.returncode, code, ended.stderr)
+                self.assertNotIn("stopped by", ended.stderr)
+                self.assertNotIn("Traceback", ended.stderr)
+
+    def test_a_signal_while_an_object_is_destroyed(self):
+        """Python would drop what its handler raises."""
+        action = self.folder / "destroying.py"
+        action.write_text(
+            "import os, time\n\n\n"
+            "class Destroyed:\n    def __del__(self):\n        os.kill(os.getpid(), int(os.environ['NUMBER']))\n\n\n"
+            "def destroy(options):\n    Destroyed()\n    time.sleep(20)\n"
+        )
+        script = (
+            "import argparse, sys\nfrom copepod_command import main\n"
+            "main.parse = lambda arguments: argparse.Namespace(action='destroying:destroy')\nsys.exit(main.main([]))"
+        )
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            ended = subprocess.run(
+                [sys.executable, "-P", "-c", script],
+                env={**os.environ, "PYTHONPATH": f"{self.folder}:{ROOT / 'deploy'}", "NUMBER": str(int(number))},
+                capture_output=True,
+                text=True,
+                timeout=PROMPT_S / 2,
+            )
+            name = "Ctrl-C" if number == signal.SIGINT else number.name
+            self.assertEqual((ended.returncode, ended.stderr), (128 + number, f"copepod: stopped by {name}.\n"))
+
     def test_the_token_of_a_run_is_on_no_command_line(self):
         session = self.start_long_run()
         processes = session.processes()
