@@ -1,6 +1,5 @@
 #include <atomic>
 #include <csignal>
-#include <cstdlib>
 #include <iostream>
 #include <iterator>
 #include <string>

@@ -2,8 +2,6 @@
 
 #include <cstdint>
 
-#include <Eigen/Core>
-
 #include "geometry/near_pairs.hpp"
 #include "geometry/shapes/overlaps.hpp"
 #include "model/body_model.hpp"

@@ -5,7 +5,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "config/sections/sections.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

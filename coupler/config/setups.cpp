@@ -271,6 +271,13 @@ void check_contact(const Case& the_case, const Assembly& assembly, Problems& pro
                   "leaves out bodies whose motion is a function of time (the coupler moves them, and a run in which "
                   "they meet another body ends). Prescribe constant velocities with motion: prescribed.");
   }
+  for (std::size_t face = 0; face < 6; ++face) {
+    const auto wall = wall_at(the_case, face);
+    if (the_case.fluid.boundaries[face].signal && wall && wall->friction > 0.0)
+      problems.reject(face_path(face) + ".signal",
+                      "varies the velocity of a wall with friction (contacts take it as constant). Use "
+                      "contact.wall_friction: 0, or a constant velocity.");
+  }
   warn_of_open_faces(the_case, problems);
   check_walls_at_start(the_case, assembly, problems);
 }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -9,50 +8,10 @@
 
 #include "contract/body_setup.hpp"
 #include "contract/exchange.hpp"
+#include "contract/signal.hpp"
 #include "geometry/actuator_loads.hpp"
 
 namespace copepod::coupler {
-
-enum class SignalKind { constant, sinusoid, square, trapezoid, table };
-
-/// A quantity that varies in time, zero outside the steps [start, stop):
-///   A r(t) w(x),   r = min(1, (t − start)/ramp),   x = (t − lag)/T in turns, t in steps        (C16)
-struct Signal {
-  static constexpr std::int64_t never = std::numeric_limits<std::int64_t>::max();
-
-  struct Point {
-    double time_steps = 0.0;
-    double value = 0.0;
-    bool operator==(const Point&) const = default;
-  };
-
-  SignalKind kind = SignalKind::constant;
-  double amplitude = 0.0;         ///< A, in the unit of what it drives: [N], [N m] or [m]
-  std::int64_t period_steps = 0;  ///< T; 0 for constants and for tables that do not repeat
-  double lag_steps = 0.0;         ///< whole or not
-  double rise = 0.0;              ///< of a trapezoid: turns from 0 to A, in (0, 1/4]
-  std::int64_t ramp_steps = 0;    ///< 0: none
-  std::int64_t start_step = 0;
-  std::int64_t stop_step = never;
-  std::vector<Point> table;  ///< ascending in time
-  bool operator==(const Signal&) const = default;
-};
-
-/// Value at the time step + node.
-///   sinusoid: w = sin 2πx;  square: ±1 in the two halves of a period;  trapezoid: 0 to 1 within `rise`, and so on;
-///   table: linear between its points; it repeats with its period, or holds its first and last value.
-/// Whole periods are taken off in integers, so that the phase of the millionth step is as exact as that of the first.
-/// A signal starts, stops and jumps between steps, never inside one: a square has in each step its mean over that step,
-/// so that whole periods of any number of steps and any lag cancel.
-/// @param node  fraction of the step
-double value_of(const Signal& signal, std::int64_t step, double node);
-
-/// Integral over one step, in units of the amplitude times a step, exact to rounding: by Gauss's three-point rule for
-/// each part between two corners.
-double integral_over_step(const Signal& signal, std::int64_t step);
-
-/// sin(2πx) of a number of turns, exact at quarter turns.
-double sine_of_turns(double turns);
 
 /// An actuator and how its value varies.
 struct DrivenActuator {
@@ -63,12 +22,24 @@ struct DrivenActuator {
 /// The drive of a case: all actuators, sampled at any place inside a step.
 class DrivingProtocol {
  public:
-  explicit DrivingProtocol(const std::vector<DrivenActuator>& drive);
+  explicit DrivingProtocol(const std::vector<DrivenActuator>& drive) {
+    for (const auto& [actuator, signal] : drive) {
+      actuators_.push_back(actuator);
+      signals_.push_back(signal);
+    }
+  }
 
   /// Values at times (step + node) of one step; of joints what they have moved since step 0.
   /// @param nodes      fractions of the step
   /// @param actuation  resized to (actuators, nodes) and overwritten
-  void sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const;
+  void sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const {
+    actuation.resize(static_cast<Eigen::Index>(signals_.size()), static_cast<Eigen::Index>(nodes.size()));
+    for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
+      for (Eigen::Index node = 0; node < actuation.cols(); ++node)
+        actuation(i, node) = value_of(signals_[i], step, nodes[node]);
+      if (actuators_[i].kind == ActuatorKind::joint_motion) actuation.row(i).array() -= value_of(signals_[i], 0, 0.0);
+    }
+  }
 
   /// What the values at the start of a step exert on the bodies.
   /// @param kinematics  at the start of the step

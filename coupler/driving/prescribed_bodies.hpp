@@ -7,7 +7,7 @@
 
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
-#include "driving/driving_protocol.hpp"
+#include "contract/signal.hpp"
 #include "geometry/shapes/overlaps.hpp"
 
 namespace copepod::coupler {

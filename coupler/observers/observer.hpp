@@ -2,8 +2,6 @@
 
 #include <cstdint>
 
-#include <Eigen/Core>
-
 #include "contract/exchange.hpp"
 
 namespace copepod::coupler {

@@ -132,7 +132,7 @@ void Lubrication::add_film(int body, const NearSurface& surface) {
     film.to_other = moved_to(-surface.core.centre_W_m) * mirroring(surface.mirrored);
   } else {
     const Boundary& wall = fluid_.boundaries[surface.face];
-    if (wall.kind == BoundaryKind::velocity) film.wall.head<3>() = wall.velocity_m_per_s;
+    if (wall.kind == BoundaryKind::velocity) film.wall.head<3>() = wall.velocity_in(moved_.step);
   }
   const Vector6 relative = film.relative(motion_);
   for (const FilmContact& contact : contacts_) {

@@ -4,7 +4,7 @@ import enum
 
 
 class ExitCode(enum.IntEnum):
-    """The same numbers as in proto/contract/exit_code.hpp."""
+    """The same numbers as in proto/contract/errors.hpp."""
 
     FINISHED = 0
     FAILED = 1  # of this command alone: the build failed, or a component is not conformant

@@ -70,6 +70,7 @@ void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
 template <class T>
 void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   timer_.start();
+  domain_.set_step(step_);
   map_bodies(kinematics);
   timer_.book(Phase::map);
   load_sums_.assign(nearby_.bodies().size(), LoadSums{});

@@ -12,7 +12,7 @@ namespace copepod {
 /// prints the component's estimate. The solver is made on, and called from, the calling thread only; a second
 /// thread answers the coupler's pings and never touches the solver. Its exceptions
 /// become a Failure message.
-/// @return exit code of the process (contract/exit_code.hpp)
+/// @return exit code of the process (contract/errors.hpp)
 int run_fluid_component(int argc, char** argv, const FluidComponent& component);
 
 /// Whether a command line starts a service. If not (`--capabilities`, `--estimate`, `--help`, a mistake), an MPI

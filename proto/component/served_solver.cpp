@@ -4,7 +4,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "conversion/vector_passes.hpp"
+#include "conversion/finite.hpp"
 #include "recording/recorder.hpp"
 
 namespace copepod::component {

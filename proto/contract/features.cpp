@@ -55,6 +55,7 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
   for (const Boundary& boundary : setup.boundaries) {
     required.insert(feature("boundary", boundary_names, boundary.kind));
     if (boundary.parabolic) required.insert("profile:parabolic");
+    if (boundary.signal) required.insert("boundary:signal");
   }
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
   if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
@@ -96,6 +97,7 @@ const std::vector<Feature>& known_features() {
       {"boundary:velocity", physics, "a face is a wall moving in its plane, or an inlet"},
       {"boundary:pressure", physics, "a face is open at a given pressure"},
       {"boundary:outflow", physics, "fluid and sound leave through a face"},
+      {"boundary:signal", physics, "the velocity of a face varies in time"},
       {"profile:parabolic", physics, "fluid comes in with a parabolic profile"},
       {"no_slip_plane", physics, "one wall in Stokes flow"},
       {"symmetry_planes", physics, "the flow is mirrored about planes through the middle of the domain"},

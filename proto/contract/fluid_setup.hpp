@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "contract/shape.hpp"
+#include "contract/signal.hpp"
 
 namespace copepod {
 
@@ -29,10 +31,18 @@ struct Boundary {
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
   double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
   bool parabolic = false;  ///< for BoundaryKind::velocity: times 4 s(1 − s) along each axis between walls, 0 ≤ s ≤ 1
+  std::optional<Signal> signal = {};  ///< for BoundaryKind::velocity: factor of it, in the middle of each step; none: 1
 
   /// @param face  its number in FluidSetup::boundaries
   [[nodiscard]] bool lets_in(std::size_t face) const {
     return kind == BoundaryKind::velocity && velocity_m_per_s[static_cast<Eigen::Index>(face / 2)] != 0.0;
+  }
+  /// [m/s]
+  [[nodiscard]] Eigen::Vector3d velocity_in(std::int64_t step) const {
+    return (signal ? value_of(*signal, step, 0.5) : 1.0) * velocity_m_per_s;
+  }
+  [[nodiscard]] double largest_speed() const {
+    return velocity_m_per_s.norm() * (signal ? largest_magnitude(*signal) : 1.0);
   }
   [[nodiscard]] bool is_wall(std::size_t face) const {
     return kind == BoundaryKind::no_slip || (kind == BoundaryKind::velocity && !lets_in(face));

@@ -58,6 +58,7 @@ inline constexpr auto precision_names = words<Precision>("double", "single");
 inline constexpr auto boundary_names =
     words<BoundaryKind>("no_slip", "periodic", "free_slip", "velocity", "pressure", "outflow");
 inline constexpr auto profile_names = words<bool>("uniform", "parabolic");
+inline constexpr auto signal_names = words<SignalKind>("constant", "sinusoid", "square", "trapezoid", "table");
 inline constexpr auto initial_flow_names =
     words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green", "taylor_green_3d");
 inline constexpr auto quantity_names = words<FieldQuantity>("density", "velocity", "pressure", "vorticity");

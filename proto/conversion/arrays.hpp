@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 #include <google/protobuf/repeated_field.h>
 
+#include "conversion/finite.hpp"
 #include "conversion/limits.hpp"
-#include "conversion/vector_passes.hpp"
 
 namespace copepod::conversion {
 
@@ -47,7 +47,7 @@ template <class Matrix>
 void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const char* name, Matrix& matrix) {
   require_length(bytes.size() / sizeof(double), Matrix::RowsAtCompileTime * columns, name);
   matrix.resize(Matrix::RowsAtCompileTime, columns);
-  if (vector_passes().copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data())) return;
+  if (copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data())) return;
   Eigen::Index column = 0;
   while (all_finite(matrix.col(column).data(), Matrix::RowsAtCompileTime)) ++column;
   for (const double value : matrix.col(column)) {

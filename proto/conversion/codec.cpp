@@ -240,8 +240,7 @@ void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actu
   const Bytes& values = buffers_->arrays[2];
   require_length(values.size() / sizeof(double), actuators * driving_nodes, "actuation");
   applied.actuation.resize(actuators, driving_nodes);
-  if (!vector_passes().copy_finite(values.data(), static_cast<std::size_t>(applied.actuation.size()),
-                                   applied.actuation.data()))
+  if (!copy_finite(values.data(), static_cast<std::size_t>(applied.actuation.size()), applied.actuation.data()))
     throw NotFinite("actuation holds a number that is not finite");
 }
 

@@ -10,7 +10,7 @@
 #include "contract/errors.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/packed_arrays.hpp"
 #include "session/messages.hpp"

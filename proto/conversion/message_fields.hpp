@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <concepts>
+#include <functional>
 #include <initializer_list>
 #include <string>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include "contract/body_setup.hpp"
 #include "contract/errors.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/members.hpp"
 #include "session/messages.hpp"
@@ -44,8 +44,15 @@ void describe(auto& wire, Is<ObstacleSpecification> auto& obstacle) {
   COPEPOD_MEMBERS(wire, obstacle, name, shape, position_m, orientation_wxyz, loads);
 }
 
+void describe(auto& wire, Is<Signal::Point> auto& point) { COPEPOD_MEMBERS(wire, point, time_steps, value); }
+
+void describe(auto& wire, Is<Signal> auto& signal) {
+  COPEPOD_MEMBERS(wire, signal, kind, amplitude, period_steps, lag_steps, rise, ramp_steps, start_step, stop_step);
+  wire("points", signal.table);
+}
+
 void describe(auto& wire, Is<Boundary> auto& boundary) {
-  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic);
+  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal);
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {
@@ -176,6 +183,15 @@ inline void check(const ShapePart& part) {
 inline void check(const BodySpecification& body) {
   if (!body.inertia_kg_m2.empty() && body.inertia_kg_m2.size() != 6)
     throw MalformedMessage("inertia_kg_m2 has " + std::to_string(body.inertia_kg_m2.size()) + " entries, not 6");
+}
+
+inline void check(const Signal& signal) {
+  const auto ascends = [](const Signal::Point& a, const Signal::Point& b) { return a.time_steps < b.time_steps; };
+  const bool repeats = signal.kind != SignalKind::constant && signal.kind != SignalKind::table;
+  if ((repeats && signal.period_steps == 0) || (signal.kind == SignalKind::table) == signal.table.empty() ||
+      (signal.kind == SignalKind::trapezoid) != (signal.rise > 0.0 && signal.rise <= 0.25) ||
+      std::ranges::adjacent_find(signal.table, std::not_fn(ascends)) != signal.table.end())
+    throw MalformedMessage("a signal lacks its period, rise or points, or has some that are not its own");
 }
 
 inline void check(const FieldOutput& fields) {

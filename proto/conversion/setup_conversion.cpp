@@ -90,7 +90,8 @@ class Writer {
         : reflection_->SetUInt32(message_, field, static_cast<std::uint32_t>(value));
   }
   void put(const FieldDescriptor* field, ExitCode code) { put(field, static_cast<int>(code)); }
-  void put(const FieldDescriptor* field, const std::optional<double>& value) {
+  template <class T>
+  void put(const FieldDescriptor* field, const std::optional<T>& value) {
     if (value) put(field, *value);
   }
   void put(const FieldDescriptor* field, const std::string& text) {
@@ -181,7 +182,8 @@ class Reader {
     const bool is_known = std::ranges::count(kFailures, static_cast<ExitCode>(number)) > 0;
     code = is_known ? static_cast<ExitCode>(number) : ExitCode::solver_failed;
   }
-  void get(const FieldDescriptor* field, int i, std::optional<double>& value) const {
+  template <class T>
+  void get(const FieldDescriptor* field, int i, std::optional<T>& value) const {
     value.reset();
     if (reflection_.HasField(message_, field)) get(field, i, value.emplace());
   }

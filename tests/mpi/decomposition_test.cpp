@@ -39,6 +39,7 @@ FluidSetup wandering_bodies(const Method& method) {
   if (method.has_open_faces) setup.boundaries[2].pressure_Pa = 2e-3;
   if (method.has_stream) {
     setup.boundaries[2] = {BoundaryKind::velocity, {0.01, 0.02, 0.0}, 0.0};
+    setup.boundaries[2].signal = {.kind = SignalKind::sinusoid, .amplitude = 1.0, .period_steps = 70, .table = {}};
     setup.boundaries[3].kind = BoundaryKind::outflow;
   }
   setup.precision = method.precision;

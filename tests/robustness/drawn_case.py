@@ -163,14 +163,24 @@ class _Draw:
         velocity[axis] = self.rng.choice([-1, 1]) * self.uniform(0.002, 0.02)
         velocity = self.speed(velocity)
         inflow = {"velocity_m_per_s": list(velocity), "profile": self.rng.choice(["uniform", "parabolic"])}
+        self._vary(inflow)
         return dict(zip(self.rng.choice([("low", "high"), ("high", "low")]), (inflow, "outflow")))
+
+    def _vary(self, face):
+        """In half of the cases in time."""
+        kind = self.rng.choice(["sinusoid", "square", "trapezoid", "ramp", None, None, None, None])
+        if kind == "ramp":
+            face["signal"] = {"kind": "constant", "ramp_steps": self.rng.randint(1, 300)}
+        elif kind is not None:
+            face["signal"] = {"kind": kind, "period_steps": self.rng.randint(20, 200), "lag_deg": self.uniform(0, 360)}
+        return face
 
     def _face(self, axis):
         kind = self.rng.choice(["no_slip", "no_slip", "no_slip", "free_slip", "moving", "pressure"])
         if kind == "moving":
             velocity = self.speed(self.vector(0.03))
             velocity[axis] = 0.0
-            return {"velocity_m_per_s": list(velocity)}
+            return self._vary({"velocity_m_per_s": list(velocity)})
         if kind == "pressure":
             excess = self.uniform(-0.004, 0.004)  # of the density
             return {"pressure_Pa": excess / 3 * DENSITY_KG_PER_M3 * self.speed(1) ** 2}

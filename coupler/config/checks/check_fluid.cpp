@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include <spdlog/fmt/fmt.h>
@@ -38,7 +37,7 @@ void check_open_faces(const FluidCase& fluid, Problems& problems) {
     const Boundary& boundary = fluid.boundaries[face];
     has_opening = has_opening || boundary.kind == BoundaryKind::pressure || boundary.kind == BoundaryKind::outflow;
     if (boundary.lets_in(face)) inflow = face;
-    if (boundary.lets_in(face)) check_cell_reynolds(fluid, boundary.velocity_m_per_s.norm(), face_path(face), problems);
+    if (boundary.lets_in(face)) check_cell_reynolds(fluid, boundary.largest_speed(), face_path(face), problems);
     if (boundary.parabolic && !boundary.lets_in(face))
       problems.reject(face_path(face),
                       "has profile: parabolic and no velocity through the face (a wall moves as a whole). Give "

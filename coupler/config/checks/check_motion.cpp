@@ -46,23 +46,6 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
   }
 }
 
-/// Least and greatest value of a signal.
-std::pair<double, double> range_of(const Signal& signal) {
-  if (signal.kind == SignalKind::constant) return std::minmax({0.0, signal.amplitude});
-  if (signal.kind != SignalKind::table) return {-std::abs(signal.amplitude), std::abs(signal.amplitude)};
-  std::pair<double, double> range;
-  for (const Signal::Point& point : signal.table) {
-    range.first = std::min(range.first, signal.amplitude * point.value);
-    range.second = std::max(range.second, signal.amplitude * point.value);
-  }
-  return range;
-}
-
-double largest_magnitude(const Signal& signal) {
-  const auto [least, greatest] = range_of(signal);
-  return std::max(-least, greatest);
-}
-
 /// Stiffness that a force between two bodies works against: of all springs between them [N/m].
 using StiffnessBetween = std::map<std::pair<int, int>, double>;
 
@@ -167,7 +150,7 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
                  "fluid.initial_flow", "the speed of the initial flow", problems);
   for (std::size_t face = 0; face < 6; ++face) {
     const Boundary& boundary = the_case.fluid.boundaries[face];
-    judge_velocity(boundary.velocity_m_per_s.norm(), the_case, face_path(face), "the speed of the wall", problems);
+    judge_velocity(boundary.largest_speed(), the_case, face_path(face), "the speed of the wall", problems);
     judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
   const StiffnessBetween stiffness_between = stiffness_between_bodies(assembly);
@@ -189,6 +172,8 @@ void check_signals(const Case& the_case, const Assembly& assembly, Problems& pro
   };
   for (const auto& [body, signal] : assembly.prescribed)
     judge_period(signal, assembly.body_paths[body] + ".motion.prescribed.signal");
+  for (std::size_t face = 0; face < 6; ++face)
+    if (const auto& signal = the_case.fluid.boundaries[face].signal) judge_period(*signal, face_path(face) + ".signal");
   bool cycle_is_run = true;
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const Signal& signal = assembly.drive[i].signal;

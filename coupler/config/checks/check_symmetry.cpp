@@ -17,7 +17,7 @@ bool mirrored(const FluidCase& fluid, std::size_t face, std::size_t axis) {
   Eigen::Vector3d reflected = other.velocity_m_per_s;
   reflected[static_cast<Eigen::Index>(axis)] *= -1.0;
   return one.kind == other.kind && one.pressure_Pa == other.pressure_Pa && one.velocity_m_per_s == reflected &&
-         one.parabolic == other.parabolic;
+         one.parabolic == other.parabolic && one.signal == other.signal;
 }
 
 constexpr double plane_tolerance = 1e-9;

@@ -130,8 +130,6 @@ constexpr std::array drive_words{Choice<DriveWord>{"pair_force", {ActuatorKind::
 
 constexpr auto arm_words = words<DriveKind>("pair_force", "rest_length");
 
-constexpr auto signal_names = words<SignalKind>("constant", "sinusoid", "square", "trapezoid", "table");
-
 void declare_period(Keys& keys, Signal& signal, double step_s) {
   if (Reader* reader = keys.reader()) signal.period_steps = read_period(*reader, step_s);
   if (signal.period_steps > 0) keys.write("period_steps", signal.period_steps);

@@ -237,6 +237,8 @@ struct Case {
 /// Step of a lattice with the given relaxation time [s].
 ///   Δt = c_s² (τ − 1/2) Δx² / ν,   c_s² = 1/3        [docs/theory.md]
 double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s);
+/// The given one, or that which follows from the relaxation time; 0: neither can be used.
+double step_of(const FluidCase& fluid, std::optional<double> given_step_s);
 /// Its inverse: τ = 1/2 + ν Δt / (c_s² Δx²).
 double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s);
 

@@ -63,13 +63,6 @@ void declare(Keys& keys, ContactCase& contact) {
       "drives, the speeds at the start and those of settling; at least the stiffest that needs no substeps.");
 }
 
-double derived_step_s(const Case& the_case) {
-  if (the_case.given_step_s) return *the_case.given_step_s;
-  const FluidCase& fluid = the_case.fluid;
-  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
-  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
-}
-
 /// Processes of fluid and bodies: a command in `services` (where --fluid and --body put theirs) takes
 /// precedence over one in `solver`, and a solver without cells runs on one rank.
 void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
@@ -172,10 +165,11 @@ void declare(Keys& keys, Case& the_case) {
   if (keys.written_if(!the_case.parameter_set.empty()))
     keys.text("parameter_set", the_case.parameter_set,
               "The entry of parameter_sets to apply. In a resolved case: the label of the applied entry.");
-  keys.section(required("fluid"), "The fluid and its solver.", [&](Keys& fluid) { declare(fluid, the_case.fluid); });
   keys.number("step_s", the_case.given_step_s, Range::positive,
               "Length of a coupling step [s]. Give this or fluid.relaxation_time.");
-  if (keys.reader() != nullptr) the_case.step_s = derived_step_s(the_case);
+  keys.section(required("fluid"), "The fluid and its solver.",
+               [&](Keys& fluid) { declare(fluid, the_case.fluid, the_case.given_step_s); });
+  if (keys.reader() != nullptr) the_case.step_s = step_of(the_case.fluid, the_case.given_step_s);
   keys.section("body", "The body solver.", [&](Keys& body) { declare(body, the_case.body); });
   declare_bodies(keys, the_case);
   keys.section("coupling", "Coupling of fluid and bodies.",

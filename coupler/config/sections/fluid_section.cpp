@@ -9,8 +9,17 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// One face: a word, or {velocity_m_per_s: […], profile: …}, or {pressure_Pa: …}, or {outflow: {}}.
-Boundary read_face(Reader& faces, const std::string& key) {
+/// What a face with a velocity has beside it.
+void declare_velocity(Keys& keys, Boundary& boundary, double step_s) {
+  keys.choice("profile", boundary.parabolic, profile_names,
+              "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to 1 "
+              "between them; beside one wall and a free_slip face, half of that parabola.");
+  keys.section<Signal>("signal", boundary.signal, "Factor of the velocity that varies in time. Default: 1.",
+                       [&](Keys& below, Signal& signal) { declare(below, signal, step_s, {factor_of_velocities}); });
+}
+
+/// One face: a word, or {velocity_m_per_s: […], profile: …, signal: …}, or {pressure_Pa: …}, or {outflow: {}}.
+Boundary read_face(Reader& faces, const std::string& key, double step_s) {
   Boundary boundary;
   const Value* value = faces.raw(key);
   if (value == nullptr || value->kind == Value::Kind::scalar) {
@@ -36,23 +45,26 @@ Boundary read_face(Reader& faces, const std::string& key) {
   }
   boundary.kind = moves ? BoundaryKind::velocity : presses ? BoundaryKind::pressure : BoundaryKind::outflow;
   if (moves) boundary.velocity_m_per_s = face.numbers("velocity_m_per_s", 3);
-  if (moves) Keys::reading(face).choice("profile", boundary.parabolic, profile_names, "");
+  if (moves) {
+    Keys keys = Keys::reading(face);
+    declare_velocity(keys, boundary, step_s);
+  }
   if (presses) boundary.pressure_Pa = face.number("pressure_Pa", Range::any);
   if (lets_out) face.section("outflow");
   return boundary;
 }
 
 /// Both faces of an axis: one condition for both, or {low: …, high: …}.
-void read_axis(Reader& boundaries, const std::string& axis, Boundary& low, Boundary& high) {
+void read_axis(Reader& boundaries, const std::string& axis, double step_s, Boundary& low, Boundary& high) {
   const Value* value = boundaries.raw(axis);
   const bool two_sided = value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
   if (!two_sided) {
-    low = high = read_face(boundaries, axis);
+    low = high = read_face(boundaries, axis, step_s);
     return;
   }
   Reader faces = boundaries.section(axis);
-  low = read_face(faces, "low");
-  high = read_face(faces, "high");
+  low = read_face(faces, "low", step_s);
+  high = read_face(faces, "high", step_s);
 }
 
 std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
@@ -88,8 +100,13 @@ void declare(Keys& keys, InitialFlow& flow) {
 }
 
 ordered_json resolved_face(const Boundary& boundary) {
-  if (boundary.kind == BoundaryKind::velocity)
-    return {{"velocity_m_per_s", boundary.velocity_m_per_s}, {"profile", name_of(profile_names, boundary.parabolic)}};
+  if (boundary.kind == BoundaryKind::velocity) {
+    ordered_json face{{"velocity_m_per_s", boundary.velocity_m_per_s}};
+    Keys keys = Keys::writing(face);
+    Boundary written = boundary;
+    declare_velocity(keys, written, 0.0);
+    return face;
+  }
   if (boundary.kind == BoundaryKind::pressure) return {{"pressure_Pa", boundary.pressure_Pa}};
   return name_of(boundary_names, boundary.kind);
 }
@@ -100,10 +117,8 @@ ordered_json schema_of_face() {
   keys.describe(
       "velocity_m_per_s", schema_of_list(schema_of_number(Range::any), 3),
       "Velocity of the wall; with a component through the face, of the fluid that comes in or goes out there.");
-  bool parabolic = false;
-  keys.choice("profile", parabolic, profile_names,
-              "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to 1 "
-              "between them; beside one wall and a free_slip face, half of that parabola.");
+  Boundary boundary;
+  declare_velocity(keys, boundary, 0.0);
   keys.describe("pressure_Pa", schema_of_number(Range::any), "Pressure, relative to the fluid at rest.");
   keys.describe("outflow", {{"type", "object"}, {"maxProperties", 0}},
                 "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
@@ -123,9 +138,9 @@ ordered_json schema_of_axis() {
   return forms;
 }
 
-void declare_axis(Keys& keys, std::size_t axis, Boundary& low, Boundary& high) {
+void declare_axis(Keys& keys, std::size_t axis, double step_s, Boundary& low, Boundary& high) {
   const char* name = axis_names[axis];
-  if (Reader* reader = keys.reader()) read_axis(*reader, name, low, high);
+  if (Reader* reader = keys.reader()) read_axis(*reader, name, step_s, low, high);
   if (ordered_json* resolved = keys.resolved())
     (*resolved)[name] = {{"low", resolved_face(low)}, {"high", resolved_face(high)}};
   if (keys.describes())
@@ -151,7 +166,7 @@ void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
 
 }  // namespace
 
-void declare(Keys& keys, FluidCase& fluid) {
+void declare(Keys& keys, FluidCase& fluid, std::optional<double> given_step_s) {
   declare_solver(
       keys, required("solver"), fluid.solver, solver_names, fluid.command,
       "lattice_boltzmann: D3Q19; stokes: quasi-steady flow around spheres by mobility; vacuum: no fluid; {command: …}: "
@@ -174,8 +189,9 @@ void declare(Keys& keys, FluidCase& fluid) {
   keys.integers(keys.needed("domain_cells", lattice), fluid.domain_cells, above_zero(lattice),
                 "Cells along x, y and z of the whole domain, even with symmetry planes.");
   keys.section("boundaries", "Condition on the faces of the domain, by axis.", [&](Keys& boundaries) {
+    const double step_s = step_of(fluid, given_step_s);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      declare_axis(boundaries, axis, fluid.boundaries[2 * axis], fluid.boundaries[2 * axis + 1]);
+      declare_axis(boundaries, axis, step_s, fluid.boundaries[2 * axis], fluid.boundaries[2 * axis + 1]);
   });
   keys.choice("no_slip_plane", fluid.no_slip_plane, plane_names,
               "With solver: stokes, the one face of the domain that is a wall; the flow is otherwise unbounded. Other "
@@ -208,6 +224,12 @@ void declare(Keys& keys, FluidCase& fluid) {
 
 double step_from_relaxation_time(double relaxation_time, double cell_size_m, double viscosity_m2_per_s) {
   return (relaxation_time - 0.5) / 3.0 * cell_size_m * cell_size_m / viscosity_m2_per_s;
+}
+
+double step_of(const FluidCase& fluid, std::optional<double> given_step_s) {
+  if (given_step_s) return *given_step_s;
+  if (!fluid.relaxation_time || fluid.cell_size_m <= 0.0 || fluid.kinematic_viscosity_m2_per_s <= 0.0) return 0.0;
+  return step_from_relaxation_time(*fluid.relaxation_time, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
 }
 
 double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s) {

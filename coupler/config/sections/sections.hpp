@@ -23,7 +23,8 @@ namespace copepod::coupler {
 // as the same section, bit for bit. Times given in seconds or as angles become steps of `step_s`, which is 0 where the
 // step cannot be used: that is reported elsewhere.
 
-void declare(Keys& keys, FluidCase& fluid);
+/// @param given_step_s  by the case
+void declare(Keys& keys, FluidCase& fluid, std::optional<double> given_step_s);
 void declare(Keys& keys, Shape& shape);
 /// Mass or density, after the shape.
 void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity& inhomogeneity);

@@ -15,6 +15,7 @@ Face make_face(const FluidSetup& setup, std::size_t number, const LatticeUnits& 
   if (boundary.kind == BoundaryKind::velocity) face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
   if (boundary.lets_in(number)) face.kind = FaceKind::inflow;
   face.is_parabolic = boundary.parabolic;
+  if (boundary.kind == BoundaryKind::velocity) face.signal = boundary.signal;
   if (boundary.kind == BoundaryKind::outflow) face.kind = FaceKind::outflow;
   if (boundary.kind == BoundaryKind::pressure) {
     face.kind = FaceKind::pressure;
@@ -88,7 +89,7 @@ int Domain::mirrored(int alpha, const Cell& cell) const {
   return alpha;
 }
 
-Eigen::Vector3d Domain::wall_velocity(int axis, bool high, const Cell& ghost, int direction) const {
+double Domain::profile(int axis, bool high, const Cell& ghost, int direction) const {
   const Face& own = face(axis, high);
   double share = 1.0;
   for (int across = 0; across < 3 && own.is_parabolic; ++across) {
@@ -100,7 +101,7 @@ Eigen::Vector3d Domain::wall_velocity(int axis, bool high, const Cell& ghost, in
     if (!walls[1]) s *= 0.5;
     share *= 4.0 * s * (1.0 - s);
   }
-  return share * own.velocity_lu;
+  return share;
 }
 
 LinkToBody Domain::link_to_body(const Eigen::Vector3d& position_lu, const Cell& cell, int direction) const {
@@ -134,8 +135,9 @@ GhostSource ghost_source(const Domain& domain, const Cell& ghost, int direction)
     }
     if (face.kind < strongest) continue;
     if (face.kind != FaceKind::wall || strongest != FaceKind::wall) source.addition = 0.0;  // walls add up
+    source.profile = domain.profile(axis, high, ghost, direction);
     if (!face.is_open())
-      source.addition += moving_wall_addition(direction, domain.wall_velocity(axis, high, ghost, direction));
+      source.addition += moving_wall_addition(direction, source.profile * (face.factor * face.velocity_lu));
     strongest = face.kind;
     source.kind = face.is_open() ? Kind::open : Kind::wall;
     source.axis = axis;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -68,6 +69,8 @@ struct Face {
   Eigen::Vector3d velocity_lu = Eigen::Vector3d::Zero();
   double excess_density_lu = 0.0;
   bool is_parabolic = false;
+  std::optional<Signal> signal = {};
+  double factor = 1.0;  ///< of the velocity in the step
 
   [[nodiscard]] bool is_open() const { return kind == FaceKind::outflow || kind == FaceKind::pressure; }
 };
@@ -90,6 +93,15 @@ class Domain {
   /// @throws CaseError if the domain has no cells, one periodic face only, or a symmetry plane inside a cell
   Domain(const FluidSetup& setup, const LatticeUnits& units);
 
+  /// Of which the velocities of faces follow.
+  void set_step(std::int64_t step) {
+    for (Face& face : faces_)
+      if (face.signal) face.factor = value_of(*face.signal, step, 0.5);
+  }
+  [[nodiscard]] bool varies() const {
+    return std::ranges::any_of(faces_, [](const Face& face) { return face.signal.has_value(); });
+  }
+
   [[nodiscard]] const Cell& cells() const { return cells_; }  ///< computed
   [[nodiscard]] const Face& face(int axis, bool high) const { return faces_[face_index(axis, high)]; }
   [[nodiscard]] bool periodic(int axis) const { return face(axis, false).kind == FaceKind::periodic; }
@@ -97,8 +109,8 @@ class Domain {
   [[nodiscard]] bool has_mirror(int axis) const {
     return face(axis, false).kind == FaceKind::mirror || face(axis, true).kind == FaceKind::mirror;
   }
-  /// Of a wall, or of the fluid that comes in, where the link from `ghost` in this direction meets the face.
-  [[nodiscard]] Eigen::Vector3d wall_velocity(int axis, bool high, const Cell& ghost, int direction) const;
+  /// Factor of a face's velocity where the link from `ghost` in this direction meets it.
+  [[nodiscard]] double profile(int axis, bool high, const Cell& ghost, int direction) const;
   /// How far moving bodies may reach beyond a face, where contacts hold them.
   [[nodiscard]] double wall_overlap_lu() const { return wall_overlap_lu_; }
   /// Whether a body with its centre there lies on the symmetry plane normal to `axis`, which shows half of
@@ -179,8 +191,9 @@ struct GhostSource {
   Cell cell{};            ///< a cell of the computed domain, perhaps of another block
   int direction = 0;      ///< f̃ of that cell in this direction …
   double addition = 0.0;  ///< … plus this, at moving walls
-  int axis = 0;           ///< of the open face
-  bool high = false;      ///< of the open face
+  double profile = 1.0;   ///< of the face
+  int axis = 0;           ///< of the face
+  bool high = false;      ///< of the face
 };
 
 /// @param ghost      cell outside the domain or the block, at most by one

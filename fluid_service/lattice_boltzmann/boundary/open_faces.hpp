@@ -56,8 +56,9 @@ inline CellValues change_at_outflow(const Moments<CellValues>& of_cell, const Mo
 /// The open faces of one block.
 class OpenFaces {
  public:
+  /// @param domain  outlives this object; before its first step, so that no velocity is zero for that step only
   /// @throws CaseError if the block is too thin
-  OpenFaces(const Domain& domain, const PopulationLayout& layout) : layout_(layout) {
+  OpenFaces(const Domain& domain, const PopulationLayout& layout) : domain_(domain), layout_(layout) {
     std::map<std::int64_t, Cell> cells;  // as they lie in memory
     for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
       if (domain.box().contains(ghost)) return;
@@ -79,7 +80,8 @@ class OpenFaces {
   template <class T, class IsSolid>
   void apply(T* populations, Placement placement, const IsSolid& is_solid) {
     entering_.clear();
-    for (const Group& group : groups_) {
+    for (Group& group : groups_) {
+      if (domain_.varies() && group.length > 0.0) set_walls(group);
       for (std::size_t first = 0; first < group.cells.size(); first += cells_together) {
         Cells cells;
         for (std::size_t i = 0; i < cells_together; ++i)  // the group's last cell fills the rest
@@ -117,6 +119,7 @@ class OpenFaces {
   };
   /// Cells x_f that differ in their places only.
   struct Group {
+    Cell first{};
     Faces faces = 0;
     std::vector<Link> links;
     // At an outflow:
@@ -126,29 +129,40 @@ class OpenFaces {
     Faces faces_of_inner = 0;   ///< of x_f − n
     std::int64_t to_inner = 0;  ///< x_f − n, from x_f
     Populations from_walls{};   ///< what moving walls add
+    Populations profiles{};     ///< of their faces
     std::vector<std::int64_t> cells;
 
     bool operator==(const Group& other) const {
       return faces == other.faces && links == other.links && length == other.length && axis == other.axis &&
              high == other.high && faces_of_inner == other.faces_of_inner && to_inner == other.to_inner &&
-             from_walls == other.from_walls;
+             from_walls == other.from_walls && profiles == other.profiles;
     }
   };
 
   [[nodiscard]] Group group_of(const Domain& domain, const Cell& cell) const {
     Group group;
+    group.first = cell;
     group.faces = layout_.site(cell).faces;
     for (int direction = 1; direction < d3q19::directions; ++direction) {
       const auto& e = d3q19::e[direction];
       const Cell ghost = {cell[0] - e[0], cell[1] - e[1], cell[2] - e[2]};
       const GhostSource source = ghost_source(domain, ghost, direction);
-      group.from_walls[static_cast<std::size_t>(direction)] = source.addition;
       if (source.kind != GhostSource::Kind::open) continue;
       group.links.push_back(make_link(domain, ghost, source, direction));
       if (group.links.back().kind == FaceKind::outflow && group.length == 0.0) set_outflow(domain, source, group);
     }
-    if (group.length == 0.0) group.from_walls = {};
+    if (group.length > 0.0) set_walls(group);
     return group;
+  }
+
+  void set_walls(Group& group) const {
+    for (int direction = 1; direction < d3q19::directions; ++direction) {
+      const auto& e = d3q19::e[direction];
+      const Cell ghost = {group.first[0] - e[0], group.first[1] - e[1], group.first[2] - e[2]};
+      const GhostSource source = ghost_source(domain_, ghost, direction);
+      group.from_walls[static_cast<std::size_t>(direction)] = source.addition;
+      group.profiles[static_cast<std::size_t>(direction)] = source.profile;
+    }
   }
 
   [[nodiscard]] Link make_link(const Domain& domain, const Cell& ghost, const GhostSource& source,
@@ -257,6 +271,7 @@ class OpenFaces {
     return false;
   }
 
+  const Domain& domain_;
   const PopulationLayout& layout_;
   std::vector<Group> groups_;
   std::vector<CellValues> entering_;

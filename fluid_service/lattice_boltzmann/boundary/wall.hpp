@@ -69,12 +69,14 @@ inline double moving_wall_addition(int direction, const Eigen::Vector3d& u_w) {
 /// The moving walls beside one block.
 class MovingWalls {
  public:
-  MovingWalls(const Domain& domain, const PopulationLayout& layout) {
+  /// @param domain  outlives this object; before its first step, so that no velocity is zero for that step only
+  MovingWalls(const Domain& domain, const PopulationLayout& layout) : domain_(domain) {
     for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
       if (domain.box().contains(ghost)) return;
       const GhostSource source = ghost_source(domain, ghost, direction);
       if (source.addition == 0.0) return;
-      if (links_.empty() || links_.back().addition != source.addition) links_.push_back({source.addition, {}});
+      if (links_.empty() || !links_.back().is_alike(source))
+        links_.push_back({.ghost = ghost, .direction = direction, .source = source, .entries = {}});
       for (const Placement placement : {Placement::home, Placement::streamed})
         links_.back().entries[static_cast<std::size_t>(placement)].add(
             layout.entry(layout.site(source.cell), direction, placement));
@@ -82,18 +84,28 @@ class MovingWalls {
   }
 
   template <class T>
-  void apply(T* populations, Placement placement) const {
-    for (const Links& links : links_)
+  void apply(T* populations, Placement placement) {
+    for (Links& links : links_) {
+      if (domain_.varies()) links.source = ghost_source(domain_, links.ghost, links.direction);
       links.entries[static_cast<std::size_t>(placement)].for_each(
-          populations, [addition = static_cast<T>(links.addition)](T& entering) { entering += addition; });
+          populations, [addition = static_cast<T>(links.source.addition)](T& entering) { entering += addition; });
+    }
   }
 
  private:
-  /// Links with the same addition.
+  /// Links with the same addition in every step.
   struct Links {
-    double addition = 0.0;
+    Cell ghost{};  ///< of the first
+    int direction = 0;
+    GhostSource source;           ///< of the first
     std::array<Runs, 2> entries;  ///< where the populations that return are read, by placement
+
+    [[nodiscard]] bool is_alike(const GhostSource& other) const {
+      return source.addition == other.addition && source.profile == other.profile && source.axis == other.axis &&
+             source.high == other.high;
+    }
   };
+  const Domain& domain_;
   std::vector<Links> links_;
 };
 

@@ -2,16 +2,10 @@
 
 namespace copepod::fluid {
 
-namespace {
-struct [[maybe_unused]] Avx2 {
-  static constexpr int vector_bytes = 32;
-};
-}  // namespace
-
 template <class T>
 Kernels<T> avx2_kernels() {
 #ifdef __AVX2__
-  if (__builtin_cpu_supports("avx2")) return kernels_for<Avx2, T>("avx2");
+  if (__builtin_cpu_supports("avx2")) return kernels_for<VectorsOf<32>, T>("avx2");
 #endif
   return {};
 }

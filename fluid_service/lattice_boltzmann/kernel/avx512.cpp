@@ -2,16 +2,10 @@
 
 namespace copepod::fluid {
 
-namespace {
-struct [[maybe_unused]] Avx512 {
-  static constexpr int vector_bytes = 64;
-};
-}  // namespace
-
 template <class T>
 Kernels<T> avx512_kernels() {
 #ifdef __AVX512VL__
-  if (__builtin_cpu_supports("avx512vl")) return kernels_for<Avx512, T>("avx512");
+  if (__builtin_cpu_supports("avx512vl")) return kernels_for<VectorsOf<64>, T>("avx512");
 #endif
   return {};
 }

@@ -2,15 +2,9 @@
 
 namespace copepod::fluid {
 
-namespace {
-struct Baseline {
-  static constexpr int vector_bytes = 16;  // what every x86-64 and AArch64 has
-};
-}  // namespace
-
 template <class T>
 Kernels<T> baseline_kernels() {
-  return kernels_for<Baseline, T>("baseline");
+  return kernels_for<VectorsOf<16>, T>("baseline");
 }
 
 template <class T>

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <type_traits>
 
@@ -26,8 +25,13 @@ using StreamCollide = void (*)(T* populations, const PopulationLayout& layout, P
                                const CollisionConstants<T>& constants, bool has_force,
                                const RowsBesideBodies<T>* beside_bodies);
 
-// The loop around `collide`, compiled once per instruction set (avx512.cpp, avx2.cpp, baseline.cpp). `Isa` is a tag
-// type of the including file: it keeps the instantiations of different instruction sets apart.
+// The loop around `collide`, compiled once per instruction set (avx512.cpp, avx2.cpp, baseline.cpp). `Isa` is a type of
+// its own in each, which keeps the instantiations apart.
+
+template <int bytes>
+struct VectorsOf {
+  static constexpr int vector_bytes = bytes;  ///< 16: of every x86-64 and AArch64
+};
 
 template <class T, int width>
 using Pack [[gnu::vector_size(sizeof(T) * width)]] = T;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 
 /// The D3Q19 velocity set [Qian, d'Humières, Lallemand 1992].
 ///

@@ -135,7 +135,7 @@ Vorticity::Layer Vorticity::local_layer(const FieldBlock& block, int axis, bool 
       velocities_in(block, layer_of(block.box, axis, index.value_or(edge(block.box, axis, high))));
   const Face& face = domain_.face(axis, high);
   if (index) return layer;  // a mirror would reverse the normal component, of which no derivative along it is needed
-  if (face.is_open() || face.is_parabolic) return std::nullopt;  // one velocity does not describe it
+  if (face.is_open() || face.is_parabolic || face.signal) return std::nullopt;  // one velocity does not describe it
   for (std::size_t i = 0; i < layer.size(); ++i)
     layer[i] = 2.0 * units_.velocity_m_per_s(face.velocity_lu[static_cast<Eigen::Index>(i % 3)]) - layer[i];
   return layer;

@@ -128,8 +128,9 @@ FilePart<T> MirrorImages::image(const Box& block, const std::vector<T>& values, 
 /// Vorticity of the velocity field of output, by central differences.
 ///   ω = ∇ × u,   ∂u/∂x ≈ (u(x + Δx) − u(x − Δx)) / (2 Δx)
 /// In cells of bodies it is zero; beside them, their surface velocity is that of the cells they cover. Beyond a mirror
-/// lies the mirror image, beyond a wall 2 u_wall − u, which is exact for linear flow; beside an open face the
-/// difference is one-sided. One layer of velocities travels between ranks, so every decomposition gives the same bits.
+/// lies the mirror image, beyond a wall 2 u_wall − u, which is exact for linear flow; beside an open face, or one whose
+/// velocity varies in place or time, the difference is one-sided. One layer of velocities travels between ranks, so
+/// every decomposition gives the same bits.
 class Vorticity {
  public:
   /// @param communicator  of ranks that hold the blocks of BlockPartition; outlives this object

@@ -1,8 +1,6 @@
 #include "lattice_boltzmann/output/population_file.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cstdio>
 #include <vector>
 
 #include "contract/errors.hpp"

@@ -1,4 +1,4 @@
-"""Errors and exit codes, as in proto/contract/errors.hpp and exit_code.hpp."""
+"""Errors and exit codes, as in proto/contract/errors.hpp."""
 
 import enum
 

@@ -100,6 +100,8 @@ def _check(message):
             _check_length(field, value)
         entries = value if repeated else (value,)
         if field.type == FieldDescriptor.TYPE_MESSAGE:
+            if field.containing_oneof and not message.HasField(name):  # optional
+                continue
             for entry in entries:
                 _check(entry)
         elif field.type == FieldDescriptor.TYPE_DOUBLE and not all(map(math.isfinite, entries)):

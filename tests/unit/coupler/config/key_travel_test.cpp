@@ -38,6 +38,10 @@ std::string other_mesh(const std::string& path) {
 const std::string only_ball =
     "bodies=[{name: ball, radius_m: 2.0e-6, mass_kg: 5.0e-13, position_m: [8.0e-6, 25.0e-6, 20.0e-6]}]";
 
+std::string inflow_with(const std::string& signal) {
+  return "fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], signal: " + signal + "}, high: outflow}";
+}
+
 const Travels fluid_travels{
     {"kind", {"fluid.solver=stokes", "obstacles=null", only_ball}},
     {"step_s", {"fluid.relaxation_time=0.7"}},
@@ -50,6 +54,14 @@ const Travels fluid_travels{
     {"boundaries.pressure_Pa", {"fluid.boundaries.z={low: {pressure_Pa: 2}, high: {pressure_Pa: 1}}"}},
     {"boundaries.parabolic",
      {"fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], profile: parabolic}, high: {outflow: {}}}"}},
+    {"boundaries.signal.kind", {inflow_with("{kind: constant}")}},
+    {"boundaries.signal.amplitude", {inflow_with("{kind: constant, amplitude: 0.7}")}},
+    {"boundaries.signal.period_steps", {inflow_with("{kind: sinusoid, period_steps: 90}")}},
+    {"boundaries.signal.lag_steps", {inflow_with("{kind: sinusoid, period_steps: 90, lag_deg: 20}")}},
+    {"boundaries.signal.rise", {inflow_with("{kind: trapezoid, period_steps: 90}")}},
+    {"boundaries.signal.ramp_steps", {inflow_with("{kind: constant, ramp_steps: 7}")}},
+    {"boundaries.signal.start_step", {inflow_with("{kind: constant, start_step: 3}")}},
+    {"boundaries.signal.stop_step", {inflow_with("{kind: constant, stop_step: 9}")}},
     {"symmetry_planes", {"fluid.symmetry_planes=[]"}},
     {"body_force_N_per_m3", {"fluid.body_force_N_per_m3=[0, 0, 0.5]"}},
     {"initial_flow.kind", {"fluid.initial_flow={kind: rest}"}},

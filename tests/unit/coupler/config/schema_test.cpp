@@ -55,6 +55,12 @@ const std::vector<std::vector<std::string>> forms{
     {"fluid.boundaries={x: {low: {pressure_Pa: 0}, high: {pressure_Pa: 0}}, y: {low: {pressure_Pa: 0}, high: "
      "{pressure_Pa: "
      "0}}, z: {low: {pressure_Pa: 0}, high: {pressure_Pa: 0}}}"},
+    {"fluid.boundaries={x: {velocity_m_per_s: [1, 0, 0], signal: {}}, y: {velocity_m_per_s: [0, 1, 0], signal: {}}, z: "
+     "{velocity_m_per_s: [0, 0, 1], signal: {}}}"},
+    {"fluid.boundaries={x: {low: {velocity_m_per_s: [1, 0, 0], signal: {}}, high: {velocity_m_per_s: [1, 0, 0], "
+     "signal: "
+     "{}}}, y: {low: {velocity_m_per_s: [0, 1, 0], signal: {}}, high: {velocity_m_per_s: [0, 1, 0], signal: {}}}, z: "
+     "{low: {velocity_m_per_s: [0, 0, 1], signal: {}}, high: {velocity_m_per_s: [0, 0, 1], signal: {}}}}"},
     {"fluid.initial_flow={kind: taylor_green}", "output.bodies={}"},
     {"swimmers.1.arms.0.drive.signal=" + table, "bodies.0.motion={prescribed: {signal: " + table + "}}"},
     {"swarm={template: {name: row, beads: [{}, {}, {}], spring: {}, stroke: {}, published: {Re_bodies: {}}}, "

@@ -263,6 +263,10 @@ TEST(Lubrication, OfASphereThatMovesWithItsWallIsNothing) {
   bodies.fluid.boundaries[4] = {.kind = BoundaryKind::velocity, .velocity_m_per_s = {1, 0, 0}};
   bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(1, 0, 0);
   EXPECT_EQ(bodies.loads().force_N.norm(), 0.0);
+  bodies.fluid.boundaries[4].signal = {.kind = SignalKind::constant, .amplitude = 1.0, .ramp_steps = 10, .table = {}};
+  bodies.kinematics.velocity_m_per_s.col(0) *= 0.35;  // in the middle of step 3
+  bodies.kinematics.step = 3;
+  EXPECT_EQ(bodies.loads().force_N.norm(), 0.0);
 }
 
 TEST(Lubrication, StopsABodyWithinAStepWithoutTurningItBack) {

@@ -71,6 +71,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"boundaries.pressure_Pa",
      {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::pressure; }, "boundary:pressure"}},
     {"boundaries.parabolic", {[](FluidSetup& s) { s.boundaries[0].parabolic = true; }, "profile:parabolic"}},
+    {"boundaries.signal", {[](FluidSetup& s) { s.boundaries[0].signal = Signal{}; }, "boundary:signal"}},
     {"no_slip_plane", {[](FluidSetup& s) { s.kind = FluidKind::stokes, s.no_slip_plane = 4; }, "no_slip_plane"}},
     {"symmetry_planes", {[](FluidSetup& s) { s.symmetry_planes[1] = true; }, "symmetry_planes"}},
     {"body_force_N_per_m3", {[](FluidSetup& s) { s.body_force_N_per_m3.z() = 1.0; }, "body_force"}},
@@ -257,7 +258,8 @@ const Names body_essentials{"step_s",
                             "threads",
                             "trace_directory"};
 
-/// Paths of all fields of a message, those of its nested messages included, but for a message within itself.
+/// Paths of all fields of a message, those of its nested messages included, but for a message within itself, or one
+/// that may be absent, which is guarded as a whole.
 void add_fields(const google::protobuf::Descriptor& message, const std::string& prefix, Names& paths,
                 std::vector<const google::protobuf::Descriptor*> around = {}) {
   if (std::ranges::find(around, &message) != around.end()) return;
@@ -266,7 +268,8 @@ void add_fields(const google::protobuf::Descriptor& message, const std::string& 
     const auto& field = *message.field(i);
     const std::string path = prefix + field.name();
     paths.insert(path);
-    if (field.message_type() != nullptr) add_fields(*field.message_type(), path + ".", paths, around);
+    if (field.message_type() != nullptr && !field.has_optional_keyword())
+      add_fields(*field.message_type(), path + ".", paths, around);
   }
 }
 

@@ -283,6 +283,26 @@ TEST(HostileInput, CellsBeyondCountingAreRefused) {
   EXPECT_NE(refusal({4, -1, 4}).find("domain_cells is -1, less than 0"), std::string::npos);
 }
 
+TEST(HostileInput, SignalsThatHaveNoValueAreRefused) {
+  const auto refusal = [](const Signal& signal) {
+    FluidSetup setup = sample_fluid_setup();
+    setup.boundaries[2].signal = signal;
+    return refusal_of(setup);
+  };
+  EXPECT_EQ(refusal({.table = {}}), "taken");
+  EXPECT_EQ(refusal({.kind = SignalKind::trapezoid, .period_steps = 20, .rise = 0.25, .table = {}}), "taken");
+  EXPECT_EQ(refusal({.kind = SignalKind::table, .table = {{0.0, 1.0}}}), "taken");
+  for (const Signal& signal :
+       {Signal{.kind = SignalKind::sinusoid, .table = {}}, Signal{.kind = SignalKind::square, .table = {}},
+        Signal{.kind = SignalKind::trapezoid, .period_steps = 20, .table = {}},
+        Signal{.kind = SignalKind::trapezoid, .period_steps = 20, .rise = 0.26, .table = {}},
+        Signal{.kind = SignalKind::sinusoid, .period_steps = 20, .rise = 0.2, .table = {}},
+        Signal{.kind = SignalKind::table, .table = {}},
+        Signal{.kind = SignalKind::table, .table = {{1.0, 1.0}, {1.0, 2.0}}},
+        Signal{.kind = SignalKind::constant, .table = {{1.0, 1.0}}}})
+    EXPECT_NE(refusal(signal).find("a signal lacks"), std::string::npos);
+}
+
 TEST(HostileInput, UnknownEnumerationValuesAreRefused) {
   FluidSetup setup = sample_fluid_setup();
   setup.collision = static_cast<CollisionKind>(40);

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "conversion/codec.hpp"
-#include "conversion/vector_passes.hpp"
+#include "conversion/finite.hpp"
 
 namespace copepod::conversion {
 namespace {
@@ -116,49 +116,43 @@ TEST(PackedArrays, ThatReachIntoTheChecksumAreRefused) {
   EXPECT_THROW(decoder.parse(header().then(reaching).with_checksum()), MalformedMessage);
 }
 
-const std::array<const VectorPasses*, 2>& all_builds() {
-  static const std::array<const VectorPasses*, 2> builds{&kBaselinePasses, &vector_passes()};
-  return builds;
-}
-
-TEST(VectorPasses, HashAsTheReferenceDoes) {
-  std::vector<unsigned char> bytes(5000 + 8);
-  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<unsigned char>(i % 251);
-  for (const VectorPasses* passes : all_builds()) {  // python3-xxhash: xxh3_64_hexdigest(bytes(i % 251 …))
-    EXPECT_EQ(passes->hash(bytes.data(), 0), 0x2d06800538d394c2U);
-    EXPECT_EQ(passes->hash(bytes.data(), 5000), 0xb418500fc42320eeU);
-    for (std::size_t size = 0; size < 5000; size += 7)
-      EXPECT_EQ(passes->hash(bytes.data() + size % 9, size), kBaselinePasses.hash(bytes.data() + size % 9, size));
+TEST(PackedArrays, HaveTheChecksumOfTheReference) {
+  std::vector<std::byte> message(5000 + kChecksumBytes);
+  for (std::size_t i = 0; i < message.size(); ++i) message[i] = static_cast<std::byte>(i % 251);
+  // python3-xxhash: xxh3_64_hexdigest(bytes(i % 251 …))
+  for (const auto& [size, hash] : {std::pair{0U, 0x2d06800538d394c2U}, std::pair{5000U, 0xb418500fc42320eeU}}) {
+    write_checksum(std::span(message).first(size + kChecksumBytes));
+    std::uint64_t found = 0;
+    std::memcpy(&found, message.data() + size + 1, sizeof found);
+    EXPECT_EQ(found, hash);
+    message[0] = std::byte{0};
+    for (std::size_t i = 1; i < 1 + kChecksumBytes; ++i) message[i] = static_cast<std::byte>(i);
   }
 }
 
-TEST(VectorPasses, CopyWhateverTheLengthAndAlignment) {
+TEST(CopyFinite, CopiesWhateverTheLengthAndAlignment) {
   std::vector<double> numbers(40);
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = 1.0 / (1.0 + static_cast<double>(i));
-  for (const VectorPasses* passes : all_builds()) {
-    for (std::size_t offset = 0; offset < 8; ++offset) {
-      std::vector<std::byte> source(offset + sizeof(double) * numbers.size());
-      std::memcpy(source.data() + offset, numbers.data(), sizeof(double) * numbers.size());
-      for (std::size_t count = 0; count <= numbers.size(); ++count) {
-        std::vector<double> target(count);
-        EXPECT_TRUE(passes->copy_finite(source.data() + offset, count, target.data()));
-        EXPECT_TRUE(std::equal(target.begin(), target.end(), numbers.begin()));
-      }
+  for (std::size_t offset = 0; offset < 8; ++offset) {
+    std::vector<std::byte> source(offset + sizeof(double) * numbers.size());
+    std::memcpy(source.data() + offset, numbers.data(), sizeof(double) * numbers.size());
+    for (std::size_t count = 0; count <= numbers.size(); ++count) {
+      std::vector<double> target(count);
+      EXPECT_TRUE(copy_finite(source.data() + offset, count, target.data()));
+      EXPECT_TRUE(std::equal(target.begin(), target.end(), numbers.begin()));
     }
   }
 }
 
-TEST(VectorPasses, NoticeANumberThatIsNotFiniteWhereverItIs) {
+TEST(CopyFinite, NoticesANumberThatIsNotFiniteWhereverItIs) {
   using Limits = std::numeric_limits<double>;
   std::vector<double> target(21);
-  for (const VectorPasses* passes : all_builds()) {
-    for (const double bad : {Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(), -Limits::quiet_NaN()}) {
-      for (std::size_t place = 0; place < target.size(); ++place) {
-        std::vector<double> numbers(target.size(), -Limits::max());
-        EXPECT_TRUE(passes->copy_finite(numbers.data(), numbers.size(), target.data()));
-        numbers[place] = bad;
-        EXPECT_FALSE(passes->copy_finite(numbers.data(), numbers.size(), target.data()));
-      }
+  for (const double bad : {Limits::infinity(), -Limits::infinity(), Limits::quiet_NaN(), -Limits::quiet_NaN()}) {
+    for (std::size_t place = 0; place < target.size(); ++place) {
+      std::vector<double> numbers(target.size(), -Limits::max());
+      EXPECT_TRUE(copy_finite(numbers.data(), numbers.size(), target.data()));
+      numbers[place] = bad;
+      EXPECT_FALSE(copy_finite(numbers.data(), numbers.size(), target.data()));
     }
   }
 }

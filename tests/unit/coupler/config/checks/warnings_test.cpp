@@ -72,6 +72,11 @@ const std::vector<Doubtful> doubtful_cases{
       "fluid.relaxation_time=0.51", "fluid.collision=trt",
       "fluid.initial_flow={kind: taylor_green, speed_m_per_s: 1100}"},
      "a Reynolds number of 14.95 per cell (with collision: trt or bgk flows diverge above about 10). Use collision"},
+    {"stream_of_low_viscosity_at_its_fastest",
+     {"swimmers=[]", "fluid.symmetry_planes=[]", "fluid.relaxation_time=0.51", "fluid.collision=trt",
+      "fluid.boundaries={x: {low: {velocity_m_per_s: [110, 0, 0], signal: {kind: constant, amplitude: 10}}, high: "
+      "outflow}}"},
+     "a Reynolds number of 14.95 per cell (with collision: trt or bgk flows diverge above about 10). Use collision"},
     {"stokes_flow_that_does_not_start_at_rest",
      {"fluid.solver=stokes", "fluid.no_slip_plane=x_low",
       "fluid.initial_flow={kind: uniform, velocity_m_per_s: [0, 0, 1]}"},

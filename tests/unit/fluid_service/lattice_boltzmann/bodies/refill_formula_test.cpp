@@ -1,8 +1,8 @@
-#include "lattice_boltzmann/bodies/refill_formula.hpp"
-
 #include <random>
 
 #include <gtest/gtest.h>
+
+#include "lattice_boltzmann/bodies/refill.hpp"
 
 namespace copepod::fluid {
 namespace {

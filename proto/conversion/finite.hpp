@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace copepod::conversion {
 
@@ -33,23 +34,17 @@ bool all_finite(const Matrix& matrix) {
   return all_finite(matrix.data(), static_cast<std::size_t>(matrix.size()));
 }
 
-/// Functions that pass over all bytes of a large message. There is one build per instruction set; all give
-/// the same bits.
-struct VectorPasses {
-  /// XXH3, 64 bits, seed 0.
-  std::uint64_t (*hash)(const void* bytes, std::size_t size);
-
-  /// Copies `count` doubles as they lie in memory; the source need not be aligned.
-  /// @return whether all of them are finite
-  bool (*copy_finite)(const void* source, std::size_t count, double* target);
-};
-
-/// The fastest that this machine has.
-const VectorPasses& vector_passes();
-
-extern const VectorPasses kBaselinePasses;
-
-/// @return null on a machine without AVX2
-const VectorPasses* vector_passes_avx2();
+/// Copies `count` doubles as they lie in memory; the source need not be aligned.
+/// @return whether all of them are finite
+inline bool copy_finite(const void* source, std::size_t count, double* target) {
+  FiniteCheck check;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, static_cast<const std::byte*>(source) + i * sizeof(bits), sizeof(bits));
+    check.add(bits);
+    std::memcpy(target + i, &bits, sizeof(bits));
+  }
+  return check.passed();
+}
 
 }  // namespace copepod::conversion

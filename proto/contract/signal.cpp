@@ -1,11 +1,12 @@
-#include "driving/driving_protocol.hpp"
+#include "contract/signal.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
-namespace copepod::coupler {
+namespace copepod {
 
 namespace {
 
@@ -127,22 +128,20 @@ double integral_over_step(const Signal& signal, std::int64_t step) {
   return sum;
 }
 
-DrivingProtocol::DrivingProtocol(const std::vector<DrivenActuator>& drive) {
-  for (const auto& [actuator, signal] : drive) {
-    actuators_.push_back(actuator);
-    signals_.push_back(signal);
+std::pair<double, double> range_of(const Signal& signal) {
+  if (signal.kind == SignalKind::constant) return std::minmax({0.0, signal.amplitude});
+  if (signal.kind != SignalKind::table) return {-std::abs(signal.amplitude), std::abs(signal.amplitude)};
+  std::pair<double, double> range;
+  for (const Signal::Point& point : signal.table) {
+    range.first = std::min(range.first, signal.amplitude * point.value);
+    range.second = std::max(range.second, signal.amplitude * point.value);
   }
+  return range;
 }
 
-void DrivingProtocol::sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const {
-  actuation.resize(static_cast<Eigen::Index>(signals_.size()), static_cast<Eigen::Index>(nodes.size()));
-  for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
-    const Signal& signal = signals_[i];
-    for (Eigen::Index node = 0; node < actuation.cols(); ++node) {
-      actuation(i, node) = value_of(signal, step, nodes[node]);
-    }
-    if (actuators_[i].kind == ActuatorKind::joint_motion) actuation.row(i).array() -= value_of(signal, 0, 0.0);
-  }
+double largest_magnitude(const Signal& signal) {
+  const auto [least, greatest] = range_of(signal);
+  return std::max(-least, greatest);
 }
 
-}  // namespace copepod::coupler
+}  // namespace copepod
