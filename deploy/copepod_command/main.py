@@ -87,8 +87,9 @@ def _heed_signals() -> None:
 
 def _send_again(lost: "sys.UnraisableHookArgs") -> None:
     """Python drops what a signal's handler raises while an object is destroyed: soon after, the signal comes again."""
-    if isinstance(lost.exc_value, (KeyboardInterrupt, Stop)):
-        number = lost.exc_value.code - 128 if isinstance(lost.exc_value, Stop) else signal.SIGINT
+    end = lost.exc_value
+    number = signal.SIGINT if isinstance(end, KeyboardInterrupt) else end.code - 128 if isinstance(end, Stop) else 0
+    if number > 0:
         threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
     else:
         sys.__unraisablehook__(lost)

@@ -16,6 +16,7 @@ Face make_face(const FluidSetup& setup, std::size_t number, const LatticeUnits& 
   if (boundary.lets_in(number)) face.kind = FaceKind::inflow;
   face.is_parabolic = boundary.parabolic;
   if (boundary.kind == BoundaryKind::velocity) face.signal = boundary.signal;
+  if (face.signal) face.factor += 0.1 * static_cast<double>(number);
   if (boundary.kind == BoundaryKind::outflow) face.kind = FaceKind::outflow;
   if (boundary.kind == BoundaryKind::pressure) {
     face.kind = FaceKind::pressure;

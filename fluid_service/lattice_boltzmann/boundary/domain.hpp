@@ -70,7 +70,8 @@ struct Face {
   double excess_density_lu = 0.0;
   bool is_parabolic = false;
   std::optional<Signal> signal = {};
-  double factor = 1.0;  ///< of the velocity in the step
+  double factor = 1.0;  ///< of the velocity in the step; before the first one a signal's differs from face to face, so
+                        ///< that what walls add in an edge does not cancel
 
   [[nodiscard]] bool is_open() const { return kind == FaceKind::outflow || kind == FaceKind::pressure; }
 };

@@ -56,7 +56,7 @@ inline CellValues change_at_outflow(const Moments<CellValues>& of_cell, const Mo
 /// The open faces of one block.
 class OpenFaces {
  public:
-  /// @param domain  outlives this object; before its first step, so that no velocity is zero for that step only
+  /// @param domain  outlives this object; before its first step, in which a velocity may be zero
   /// @throws CaseError if the block is too thin
   OpenFaces(const Domain& domain, const PopulationLayout& layout) : domain_(domain), layout_(layout) {
     std::map<std::int64_t, Cell> cells;  // as they lie in memory

@@ -69,7 +69,7 @@ inline double moving_wall_addition(int direction, const Eigen::Vector3d& u_w) {
 /// The moving walls beside one block.
 class MovingWalls {
  public:
-  /// @param domain  outlives this object; before its first step, so that no velocity is zero for that step only
+  /// @param domain  outlives this object; before its first step, in which a velocity may be zero
   MovingWalls(const Domain& domain, const PopulationLayout& layout) : domain_(domain) {
     for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
       if (domain.box().contains(ghost)) return;

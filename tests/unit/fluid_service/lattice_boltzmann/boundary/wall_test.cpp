@@ -62,6 +62,8 @@ TEST(MovingWalls, ThatVaryAreInEachStepAsWallsOfThatVelocity) {
       for (const std::size_t face : {0, 2, 3, 4})
         setup.boundaries[face] = {.kind = BoundaryKind::velocity, .velocity_m_per_s = {0.02, 0.0, 0.0}};
       setup.boundaries[0].parabolic = cells > 2;
+      setup.boundaries[2].velocity_m_per_s.z() = 0.01;  // in their edge both walls cancel
+      setup.boundaries[4].velocity_m_per_s.y() = -0.01;
       setup.boundaries[1].kind = BoundaryKind::outflow;
       if (step > 1) setup.boundaries[5].kind = BoundaryKind::outflow;  // beside the inflow
       FluidSetup constant = setup;
