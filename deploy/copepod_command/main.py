@@ -54,6 +54,10 @@ def _carry_out(arguments: Sequence[str]) -> int:
         code: int = getattr(importlib.import_module(module), function)(options)
         sys.stdout.flush()  # a full disk is noticed here, not when Python has ended
         return code
+    except RuntimeError as wrapped:  # as Python before 3.12 does where a class is being defined, as in an import
+        if isinstance(wrapped.__cause__, (KeyboardInterrupt, Stop)):
+            raise wrapped.__cause__ from None
+        raise
     finally:  # Python, while it ends, would answer a signal by a traceback or by nothing
         signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
 

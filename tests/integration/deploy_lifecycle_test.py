@@ -1,5 +1,6 @@
 """The life of a run under `copepod run`, with components that have no physics: every way to end, and what is left."""
 
+import itertools
 import json
 import os
 import re
@@ -246,21 +247,24 @@ class RunLifecycle(TinyRunTest):
                 self.assertNotIn("stopped by", ended.stderr)
                 self.assertNotIn("Traceback", ended.stderr)
 
-    def test_a_signal_while_an_object_is_destroyed(self):
-        """Python would drop what its handler raises."""
+    def test_a_signal_while_an_object_is_destroyed_or_a_class_defined(self):
+        """Python would drop, or wrap, what its handler raises."""
         action = self.folder / "destroying.py"
         action.write_text(
             "import os, time\n\n\n"
             "class Destroyed:\n    def __del__(self):\n        os.kill(os.getpid(), int(os.environ['NUMBER']))\n\n\n"
-            "def destroy(options):\n    Destroyed()\n    time.sleep(20)\n"
+            "def destroy(options):\n    Destroyed()\n    time.sleep(20)\n\n\n"
+            "class Member:\n    def __set_name__(self, owner, name):\n        Destroyed().__del__()\n\n\n"
+            "def define(options):\n    class Defined:\n        member = Member()\n\n    time.sleep(20)\n"
         )
         script = (
             "import argparse, sys\nfrom copepod_command import main\n"
-            "main.parse = lambda arguments: argparse.Namespace(action='destroying:destroy')\nsys.exit(main.main([]))"
+            "main.parse = lambda arguments: argparse.Namespace(action=sys.argv[1])\nsys.exit(main.main([]))"
         )
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        for function, number in itertools.product(("destroying:destroy", "destroying:define"), numbers):
             ended = subprocess.run(
-                [sys.executable, "-P", "-c", script],
+                [sys.executable, "-P", "-c", script, function],
                 env={**os.environ, "PYTHONPATH": f"{self.folder}:{ROOT / 'deploy'}", "NUMBER": str(int(number))},
                 capture_output=True,
                 text=True,

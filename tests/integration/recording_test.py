@@ -208,10 +208,12 @@ class CutOff(RecordedRun):
     def test_a_coupler_that_is_killed_leaves_a_recording_up_to_its_last_record(self):
         session = self.start("run", QUICK, "--set", "output.wire=true", "--set", "output.trace=true", "--out", "out")
         wire = self.folder / "out/wire/attempt_001.rec"
-        wait_until(lambda: wire.exists() and wire.stat().st_size > 200_000, "some messages")
+        trace = self.folder / "out/trace/attempt_001/coupler.rank0.rec"
+        for path, size in ((wire, 200_000), (trace, 5_000)):
+            wait_until(lambda path=path, size=size: path.exists() and path.stat().st_size > size, f"records in {path}")
         session.kill(signal.SIGKILL, "coupler")
         session.end(timeout_s=60)
-        for path in (wire, self.folder / "out/trace/attempt_001/coupler.rank0.rec"):
+        for path in (wire, trace):
             recording = Recording(path)
             found = [envelope for _, envelope in recording.messages()] or list(recording.phases())
             self.assertGreater(len(found), 100)
