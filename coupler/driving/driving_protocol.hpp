@@ -26,6 +26,7 @@ class DrivingProtocol {
     for (const auto& [actuator, signal] : drive) {
       actuators_.push_back(actuator);
       signals_.push_back(signal);
+      starts_.push_back(actuator.kind == ActuatorKind::joint_motion ? value_of(signal, 0, 0.0) : 0.0);
     }
   }
 
@@ -37,8 +38,18 @@ class DrivingProtocol {
     for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
       for (Eigen::Index node = 0; node < actuation.cols(); ++node)
         actuation(i, node) = value_of(signals_[i], step, nodes[node]);
-      if (actuators_[i].kind == ActuatorKind::joint_motion) actuation.row(i).array() -= value_of(signals_[i], 0, 0.0);
+      if (starts_[i] != 0.0) actuation.row(i).array() -= starts_[i];
     }
+  }
+
+  /// From the start of `step` on, in place of the signal of the case: a value that changes linearly within so many
+  /// steps from what it is then, at once if none, and stays.
+  void steer(std::size_t actuator, std::int64_t step, double value, std::int64_t steps) {
+    const auto start_steps = static_cast<double>(step);
+    const double from = value_of(signals_[actuator], step, 0.0) - starts_[actuator];
+    starts_[actuator] = 0.0;
+    signals_[actuator] = {.kind = SignalKind::table, .amplitude = 1.0, .table = {{start_steps, value}}};
+    if (steps > 0) signals_[actuator].table = {{start_steps, from}, {start_steps + static_cast<double>(steps), value}};
   }
 
   /// What the values at the start of a step exert on the bodies.
@@ -51,6 +62,7 @@ class DrivingProtocol {
  private:
   std::vector<ActuatorSpecification> actuators_;
   std::vector<Signal> signals_;
+  std::vector<double> starts_;  ///< of joints, at step 0
 };
 
 }  // namespace copepod::coupler

@@ -63,15 +63,13 @@ MeanSampling mean_sampling(const OutputCase& output) {
 }
 
 Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
-                           std::int64_t first_step, std::int64_t first_of_run, RunSignals& signals, Events& events)
+                           std::int64_t first_step, RunSignals& signals, Events& events)
     : store_(store),
       components_(components),
       able_(able),
       first_step_(first_step),
-      first_of_run_(first_of_run),
       schedule_(the_case.output.checkpoint_every_steps, the_case.output.checkpoint_every_wall_s, first_step,
                 CheckpointSchedule::Clock::now()),
-      mean_(mean_sampling(the_case.output)),
       expected_bytes_(static_cast<std::uintmax_t>(population_bytes(the_case.fluid))),
       signals_(signals),
       events_(events) {
@@ -88,40 +86,39 @@ bool Checkpointer::wants_pause(std::int64_t step) {
   return signals_.checkpoint.load() != 0 || schedule_.due(step, CheckpointSchedule::Clock::now());
 }
 
-void Checkpointer::write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers) {
+void Checkpointer::write(FluidSolver& fluid, BodySolver& body, std::int64_t step,
+                         const std::function<CouplerState()>& state) {
   events_.phase("checkpointing");
   bool is_written = true;
   try {
-    commit(fluid, body, scheme, observers);
+    commit(fluid, body, state);
   } catch (const StorageError& error) {
-    const std::string text = "No checkpoint of step " + std::to_string(scheme.step()) + ": " + error.what();
+    const std::string text = "No checkpoint of step " + std::to_string(step) + ": " + error.what();
     spdlog::error(text);
     events_.notice(text);
     is_written = false;
   }
-  schedule_.written(scheme.step(), CheckpointSchedule::Clock::now());
+  schedule_.written(step, CheckpointSchedule::Clock::now());
   // A request that came while it was written is answered by it.
   if (const int signal = signals_.checkpoint.exchange(0); stops(signal)) {
-    throw is_written ? Interrupted(signal, scheme.step(), "Continue from its checkpoint with --resume.")
-                     : Interrupted(signal, scheme.step());
+    throw is_written ? Interrupted(signal, step, "Continue from its checkpoint with --resume.")
+                     : Interrupted(signal, step);
   }
   events_.phase("running");
 }
 
 /// Checks the disk first, to leave some room for other programs; if it fills up meanwhile, the solvers
 /// report that.
-void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers) {
+void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const std::function<CouplerState()>& state) {
   const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);
   if (const std::uintmax_t available = free_bytes(store_.folder().parent_path()); available < needed) {
     throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
                        std::to_string(needed) + " (the disk is nearly full). Free some space; the run continues.");
   }
-  store_.prepare(fluid, body,
-                 {scheme.step(), first_of_run_, scheme.previous_loads(), scheme.previous_kinematics(),
-                  observers.cycles().sums(), observers.balance().sums(), observers.sync_files(), mean_,
-                  components_.fluid_capabilities().name, components_.body_capabilities().name});
-  components_.stay_in_touch_during([&] { store_.commit(scheme.step()); });
-  spdlog::info("checkpoint of step {}", scheme.step());
+  const CouplerState own = state();
+  store_.prepare(fluid, body, own);
+  components_.stay_in_touch_during([&] { store_.commit(own.step); });
+  spdlog::info("checkpoint of step {}", own.step);
 }
 
 }  // namespace copepod::coupler

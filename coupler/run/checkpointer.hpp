@@ -3,13 +3,12 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/sections/case.hpp"
 #include "observers/events.hpp"
 #include "run/components.hpp"
-#include "run/run_observers.hpp"
-#include "scheme/serial_explicit.hpp"
 
 namespace copepod::coupler {
 
@@ -74,7 +73,7 @@ class Checkpointer {
   /// @param able  whether both components can save; if not, signals only stop
   enum class Ability { none, saves };
   Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
-               std::int64_t first_step, std::int64_t first_of_run, RunSignals& signals, Events& events);
+               std::int64_t first_step, RunSignals& signals, Events& events);
   Checkpointer(const Checkpointer&) = delete;
   Checkpointer& operator=(const Checkpointer&) = delete;
   ~Checkpointer() { signals_.stop_waits_for_checkpoint.store(false); }
@@ -84,19 +83,19 @@ class Checkpointer {
   bool wants_pause(std::int64_t step);
 
   /// Writes a checkpoint of the pausing run. A disk that does not take it is reported, and the run continues.
+  /// @param step   that comes next
+  /// @param state  returns the coupler's own part
   /// @throws Interrupted after it, if SIGTERM asked for it; what the solvers throw
-  void write(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers);
+  void write(FluidSolver& fluid, BodySolver& body, std::int64_t step, const std::function<CouplerState()>& state);
 
  private:
-  void commit(FluidSolver& fluid, BodySolver& body, const SerialExplicit& scheme, RunObservers& observers);
+  void commit(FluidSolver& fluid, BodySolver& body, const std::function<CouplerState()>& state);
 
   CheckpointStore store_;
   Components& components_;
   Ability able_;
   std::int64_t first_step_;
-  std::int64_t first_of_run_;
   CheckpointSchedule schedule_;
-  MeanSampling mean_;
   std::uintmax_t expected_bytes_;  ///< of the first checkpoint
   RunSignals& signals_;
   Events& events_;

@@ -69,33 +69,6 @@ void start_log(const std::string& file) {
   spdlog::set_default_logger(logger);
 }
 
-/// The component, place and cause of a failure, from an exception.
-FailureReport report_of(const Error& error, std::int64_t step) {
-  FailureReport report;
-  if (const auto* peer = dynamic_cast<const PeerFailed*>(&error)) {
-    report = peer->report();
-  } else if (const auto* loss = dynamic_cast<const ComponentLost*>(&error); loss != nullptr && loss->lost()) {
-    report = *loss->lost();
-  } else {
-    report = {error.code(), "coupler", host_name(), error.rank(), error.step() < 0 ? step : error.step(), error.what()};
-  }
-  return report;
-}
-
-/// An error that is not ours, of the system or a library.
-FailureReport report_of_other(const std::exception& error, std::int64_t step) {
-  FailureReport report{ExitCode::solver_failed, "coupler", host_name(), 0, step, error.what()};
-  if (dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr) {
-    report.code = ExitCode::storage_failed;
-    report.reason += " (it was removed or replaced meanwhile?). Look at the run directory.";
-  } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
-    report.reason = "memory ran out (the coupler got no more). Use a smaller case, or a machine with more memory.";
-  } else {
-    report.reason += " (an error that the coupler did not expect). Please report it with the run's logs.";
-  }
-  return report;
-}
-
 /// Where the run starts that the options ask for, if at a checkpoint of another run.
 /// @throws CaseError if the case cannot begin there, or where it is to be resumed
 std::optional<Branch> find_branch(const Options& options, const LoadedCase& loaded) {
@@ -157,10 +130,8 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
     provenance.write_end(ExitCode::finished, "");
     events.finished(directory.summary().string());
     return static_cast<int>(ExitCode::finished);
-  } catch (const Error& error) {
-    failure = report_of(error, run.step());
   } catch (const std::exception& error) {
-    failure = report_of_other(error, run.step());
+    failure = report_of(error, run.step());
   }
   components->abort(failure);
   spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step,
@@ -172,6 +143,26 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
 }
 
 }  // namespace
+
+FailureReport report_of(const std::exception& error, std::int64_t step) {
+  if (const auto* peer = dynamic_cast<const PeerFailed*>(&error)) return peer->report();
+  if (const auto* loss = dynamic_cast<const ComponentLost*>(&error); loss != nullptr && loss->lost())
+    return *loss->lost();
+  FailureReport report{ExitCode::solver_failed, "coupler", host_name(), 0, step, error.what()};
+  if (const auto* ours = dynamic_cast<const Error*>(&error)) {
+    report.code = ours->code();
+    report.rank = ours->rank();
+    if (ours->step() >= 0) report.step = ours->step();
+  } else if (dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr) {
+    report.code = ExitCode::storage_failed;
+    report.reason += " (it was removed or replaced meanwhile?). Look at the run directory.";
+  } else if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    report.reason = "memory ran out (the coupler got no more). Use a smaller case, or a machine with more memory.";
+  } else {
+    report.reason += " (an error that the coupler did not expect). Please report it with the run's logs.";
+  }
+  return report;
+}
 
 Options parse_command_line(int argc, const char* const* argv) {
   CLI::App app{"Copepod coupler: holds the coupling algorithm between a fluid and a body service."};

@@ -39,6 +39,10 @@ struct Options {
   std::string command_line;                 ///< all arguments but the token, for the provenance
 };
 
+/// The component, place and cause of a failure.
+/// @param step  that was being computed
+FailureReport report_of(const std::exception& error, std::int64_t step);
+
 /// @throws CaseError (exit code 2) if the arguments make no sense
 Options parse_command_line(int argc, const char* const* argv);
 

@@ -12,25 +12,13 @@
 #include "config/setups.hpp"
 #include "driving/prescribed_bodies.hpp"
 #include "recording/recorder.hpp"
-#include "run/run_observers.hpp"
-#include "run/summary.hpp"
-#include "scheme/serial_explicit.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::coupler {
-namespace {
 
-std::int64_t first_step(const std::optional<FoundCheckpoint>& checkpoint) {
-  return checkpoint ? checkpoint->state.step : 0;
-}
-
-}  // namespace
-
-void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch,
-                  const std::function<void(const Capabilities&, const Capabilities&, std::int64_t)>& on_ready) {
+void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch, const OnReady& on_ready) {
   const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));
-  events_.phase("handshake");
-  components_.connect();
+  connect();
   std::optional<FoundCheckpoint> checkpoint;
   if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store, std::nullopt);
   if (beginning == Beginning::branched) {
@@ -38,19 +26,36 @@ void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch,
     checkpoint->state.first_step = checkpoint->state.step;
     require_own_samples(*branch, checkpoint->state.step);
   }
-  on_ready(components_.fluid_capabilities(), components_.body_capabilities(), first_step(checkpoint));
+  start(checkpoint, beginning == Beginning::resumed, on_ready);
+  compute(store);
+  finish();
+}
+
+void CaseRun::open(const OnReady& on_ready) {
+  connect();
+  start(std::nullopt, false, on_ready);
+}
+
+void CaseRun::connect() {
+  events_.phase("handshake");
+  components_.connect();
+}
+
+void CaseRun::start(const std::optional<FoundCheckpoint>& checkpoint, bool resumes, const OnReady& on_ready) {
+  on_ready(components_.fluid_capabilities(), components_.body_capabilities(), checkpoint ? checkpoint->state.step : 0);
   check_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
   const BodySetup setup = make_body_setup(loaded_.content, loaded_.assembly);
   const Capabilities& body = components_.body_capabilities();
-  const bool lowers = must_be_lowered(required_of_body(loaded_.content, setup), body.features);
-  check_features(body, required_of_body(loaded_.content, lowers ? lowered(setup) : setup));
-  if (lowers) {
+  lowers_ = must_be_lowered(required_of_body(loaded_.content, setup), body.features);
+  check_features(body, required_of_body(loaded_.content, lowers_ ? lowered(setup) : setup));
+  if (lowers_) {
     notice(body.name + " " + body.version +
            " has no actuators that follow its bodies (actuator:pair_force and others): the coupler sends forces along "
            "the directions at the start of each step, which is of first order in the step.");
   }
-  make_solvers(setup, lowers, checkpoint);
-  compute(beginning, store, checkpoint);
+  events_.phase("configuring");
+  make_solvers(setup, checkpoint);
+  make_scheme(checkpoint, resumes);
 }
 
 void CaseRun::check_features(const Capabilities& capabilities, const std::set<std::string>& required) {
@@ -111,9 +116,8 @@ void CaseRun::notice_missing_samples(const CouplerState& state) {
          " (the previous run used others). Resume with its output.fields, or start again.");
 }
 
-void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<FoundCheckpoint>& checkpoint) {
-  events_.phase("configuring");
-  const std::int64_t first = first_step(checkpoint);
+void CaseRun::make_solvers(BodySetup body, const std::optional<FoundCheckpoint>& checkpoint) {
+  const std::int64_t first = checkpoint ? checkpoint->state.step : 0;
   FluidSetup fluid = make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string());
   const Capabilities& capabilities = components_.fluid_capabilities();
   if (fluid.film_thickness_m > 0.0 && !capabilities.features.contains("thin_films")) {
@@ -132,7 +136,7 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
   virtual_mass_ = VirtualMass(all, masses.mass_kg, masses.averaging, masses.returns);
   all = virtual_mass_.enlarged(all);
   lubrication_ = Lubrication(fluid, all, loaded_.content.lubrication.roughness_m);
-  BodySetup sent = lowers ? lowered(body) : body;
+  BodySetup sent = lowers_ ? lowered(body) : body;
   auto enlarged = all.bodies.cbegin();
   for (BodySpecification& each : sent.bodies) {  // in the order of all
     while (enlarged->name != each.name) ++enlarged;
@@ -140,7 +144,7 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
     each.inertia_kg_m2 = enlarged->inertia_kg_m2;
   }
   body_ = components_.make_body(sent, first);
-  if (lowers) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
+  if (lowers_) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
   const auto& [bodies, prescribed] = std::tie(loaded_.assembly.bodies, loaded_.assembly.prescribed);
   if (!prescribed.empty()) body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, body);
   fluid_ = components_.make_fluid(fluid, first);
@@ -150,63 +154,96 @@ void CaseRun::make_solvers(BodySetup body, bool lowers, const std::optional<Foun
 }
 
 /// A branch has tables and measured cycles of its own.
-void CaseRun::compute(Beginning beginning, const CheckpointStore& store,
-                      const std::optional<FoundCheckpoint>& checkpoint) {
-  using Clock = std::chrono::steady_clock;
+void CaseRun::make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool resumes) {
   const Case& the_case = loaded_.content;
-  const DrivingProtocol driving(loaded_.assembly.drive);
-  const CouplerState* resumed = beginning == Beginning::resumed ? &checkpoint->state : nullptr;
-  RunObservers observers(loaded_, directory_, events_, resumed, step_);
+  const CouplerState* resumed = resumes ? &checkpoint->state : nullptr;
+  observers_.emplace(loaded_, directory_, events_, resumed, step_);
   const double largest_speed_m_per_s = on_lattice(the_case)
                                            ? largest_speed_lu * the_case.fluid.cell_size_m / the_case.step_s
                                            : std::numeric_limits<double>::infinity();
-  const Plausibility plausibility(the_case.fluid, loaded_.assembly.bodies, largest_speed_m_per_s);
-  SerialExplicit scheme(*fluid_, *body_, driving, plausibility, the_case.load_averaging, observers, timeline_,
-                        virtual_mass_, lubrication_);
+  plausibility_.emplace(the_case.fluid, loaded_.assembly.bodies, largest_speed_m_per_s);
+  scheme_.emplace(*fluid_, *body_, driving_, *plausibility_, the_case.load_averaging, *observers_, timeline_,
+                  virtual_mass_, lubrication_);
   if (checkpoint) {
-    scheme.restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
+    scheme_->restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
+    first_of_run_ = checkpoint->state.first_step;
   }
   if (resumed != nullptr) {
-    observers.cycles().restore(resumed->swimmers, resumed->step, resumed->first_step);
-    observers.balance().restore(resumed->balance);
+    observers_->cycles().restore(resumed->swimmers, resumed->step, resumed->first_step);
+    observers_->balance().restore(resumed->balance);
   }
+  timing_.first_step = scheme_->step();
+  start_ = Stopwatch::Clock::now();
+}
+
+void CaseRun::compute(const CheckpointStore& store) {
+  const Case& the_case = loaded_.content;
   const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
                     components_.body_capabilities().features.contains("checkpoint");
   Checkpointer checkpointer(store, components_, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
-                            the_case, scheme.step(), checkpoint ? checkpoint->state.first_step : 0, signals_, events_);
-
+                            the_case, scheme_->step(), signals_, events_);
   events_.phase("running");
-  spdlog::info("running steps {} to {} of {}", scheme.step(), the_case.steps, the_case.name);
-  RunTiming timing;
-  timing.first_step = scheme.step();
-  const Clock::time_point start = Clock::now();
+  spdlog::info("running steps {} to {} of {}", scheme_->step(), the_case.steps, the_case.name);
   const auto ended = [&] {
-    return scheme.step() >= the_case.steps ||
-           (the_case.until_periodic && observers.cycles().is_periodic(the_case.until_periodic->tolerance));
+    return scheme_->step() >= the_case.steps ||
+           (the_case.until_periodic && observers_->cycles().is_periodic(the_case.until_periodic->tolerance));
   };
-  const auto pause = [&](std::int64_t step) { return checkpointer.wants_pause(step) || ended(); };
   while (!ended()) {
-    scheme.run(the_case.steps, pause);
-    if (!ended()) checkpointer.write(*fluid_, *body_, scheme, observers);
+    advance(the_case.steps, [&](std::int64_t step) { return checkpointer.wants_pause(step) || ended(); });
+    if (!ended()) checkpointer.write(*fluid_, *body_, scheme_->step(), [&] { return state(); });
   }
+}
+
+CouplerState CaseRun::state() {
+  return {scheme_->step(),
+          first_of_run_,
+          scheme_->previous_loads(),
+          scheme_->previous_kinematics(),
+          observers_->cycles().sums(),
+          observers_->balance().sums(),
+          observers_->sync_files(),
+          mean_sampling(loaded_.content.output),
+          components_.fluid_capabilities().name,
+          components_.body_capabilities().name};
+}
+
+Snapshot CaseRun::save(const std::filesystem::path& folder) {
+  Snapshot snapshot{{folder / "fluid.h5", folder / "body.bin", state(), {}}, driving_};
+  fluid_->save(snapshot.states.fluid_path.string());
+  body_->save(snapshot.states.body_path.string());
+  return snapshot;
+}
+
+void CaseRun::restore(const Snapshot& snapshot) {
+  scheme_.reset();
+  observers_.reset();  // completes its files, which the next one shortens
+  fluid_.reset();
+  body_.reset();
+  driving_ = snapshot.driving;
+  make_solvers(make_body_setup(loaded_.content, loaded_.assembly), snapshot.states);
+  make_scheme(snapshot.states, true);
+}
+
+void CaseRun::finish() {
+  const Case& the_case = loaded_.content;
   SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update
-  timing.loop_s = std::chrono::duration<double>(Clock::now() - start).count();
-  timing.fluid_wait_s = scheme.fluid_wait_s();
-  timing.body_wait_s = scheme.body_wait_s();
-  scheme.finish();
+  timing_.loop_s = std::chrono::duration<double>(Stopwatch::Clock::now() - start_).count();
+  timing_.fluid_wait_s = scheme_->fluid_wait_s();
+  timing_.body_wait_s = scheme_->body_wait_s();
+  scheme_->finish();
 
   events_.phase("finishing");
-  auto analysis = swimmer_reports(the_case, observers.cycles());
-  analysis["balance"] = observers.balance().report();
+  auto analysis = swimmer_reports(the_case, observers_->cycles());
+  analysis["balance"] = observers_->balance().report();
   if (the_case.until_periodic)
-    analysis["periodic"] = observers.cycles().is_periodic(the_case.until_periodic->tolerance);
-  if (fluid_summary.momentum_drift) *fluid_summary.momentum_drift += observers.balance().withheld();
-  const auto summary =
-      make_summary(the_case, scheme.step(), fluid_summary, body_->summarise(), scheme.kinematics(), timing, analysis);
+    analysis["periodic"] = observers_->cycles().is_periodic(the_case.until_periodic->tolerance);
+  if (fluid_summary.momentum_drift) *fluid_summary.momentum_drift += observers_->balance().withheld();
+  const auto summary = make_summary(the_case, scheme_->step(), fluid_summary, body_->summarise(), scheme_->kinematics(),
+                                    timing_, analysis);
   components_.finish();
   timeline_.close();
   write_durably(directory_.summary(), summary.dump(2) + "\n");
-  spdlog::info("finished after {:.1f} s", timing.loop_s);
+  spdlog::info("finished after {:.1f} s", timing_.loop_s);
 }
 
 }  // namespace copepod::coupler

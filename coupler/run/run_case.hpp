@@ -7,11 +7,12 @@
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
 #include "contract/timeline.hpp"
+#include "driving/driving_protocol.hpp"
 #include "observers/events.hpp"
 #include "run/checkpointer.hpp"
 #include "run/components.hpp"
+#include "run/run_observers.hpp"
 #include "run/summary.hpp"
-#include "scheme/lubrication.hpp"
 #include "scheme/serial_explicit.hpp"
 #include "storage/run_directory.hpp"
 
@@ -20,19 +21,48 @@ namespace copepod::coupler {
 /// Whether a run begins at step 0, at the newest checkpoint of its directory, or at that of another run.
 enum class Beginning { fresh, resumed, branched };
 
+/// What a simulation needs beside the states of its solvers to continue bit for bit.
+struct Snapshot {
+  FoundCheckpoint states;
+  DrivingProtocol driving;
+};
+
 /// Runs one case from connecting its components to the summary, and leaves a complete run directory.
+///
+/// Legal call order: run, or: open -> { advance | save -> … -> restore }* -> [finish]
 class CaseRun {
  public:
+  using OnReady = std::function<void(const Capabilities& fluid, const Capabilities& body, std::int64_t step)>;
+
   /// References must outlive this object.
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
           RunSignals& signals)
-      : loaded_(loaded), directory_(directory), components_(components), events_(events), signals_(signals) {}
+      : loaded_(loaded),
+        directory_(directory),
+        components_(components),
+        events_(events),
+        signals_(signals),
+        driving_(loaded.assembly.drive) {}
 
   /// @param branch    where a run starts that is Beginning::branched
   /// @param on_ready  called with the first step, once both components are connected and the checkpoint was found
   /// @throws what a component, the disk or a signal makes fail; the caller reports it
-  void run(Beginning beginning, const std::optional<Branch>& branch,
-           const std::function<void(const Capabilities& fluid, const Capabilities& body, std::int64_t step)>& on_ready);
+  void run(Beginning beginning, const std::optional<Branch>& branch, const OnReady& on_ready);
+
+  /// Everything before the first step of a run that begins at step 0.
+  void open(const OnReady& on_ready);
+  /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
+  void advance(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause) { scheme_->run(stop, pause); }
+  /// Saves the solvers' states in a new folder.
+  Snapshot save(const std::filesystem::path& folder);
+  /// Continues from what `save` returned, as a run that is resumed: with new solvers, and tables that end there. Legal
+  /// after a failure, too.
+  void restore(const Snapshot& snapshot);
+  /// Writes the summary, and completes all files.
+  void finish();
+
+  [[nodiscard]] const SerialExplicit& scheme() const { return *scheme_; }
+  [[nodiscard]] DrivingProtocol& driving() { return driving_; }
 
   /// Step that was being computed; −1 before the first. Meaningful after a failure too.
   [[nodiscard]] std::int64_t step() const { return step_; }
@@ -46,10 +76,14 @@ class CaseRun {
   void require_same_components(const CouplerState& state) const;
   void notice_missing_samples(const CouplerState& state);
   void notice(const std::string& text);
+  void connect();
+  /// @param resumes  whether what was measured up to the checkpoint counts; if not, it is measured from there on
+  void start(const std::optional<FoundCheckpoint>& checkpoint, bool resumes, const OnReady& on_ready);
   void check_features(const Capabilities& capabilities, const std::set<std::string>& required);
-  /// @param lowers  the body component lacks the setup's actuators and is driven by world forces
-  void make_solvers(BodySetup body, bool lowers, const std::optional<FoundCheckpoint>& checkpoint);
-  void compute(Beginning beginning, const CheckpointStore& store, const std::optional<FoundCheckpoint>& checkpoint);
+  void make_solvers(BodySetup body, const std::optional<FoundCheckpoint>& checkpoint);
+  void make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool resumes);
+  void compute(const CheckpointStore& store);
+  [[nodiscard]] CouplerState state();
 
   const LoadedCase& loaded_;
   const RunDirectory& directory_;
@@ -61,6 +95,14 @@ class CaseRun {
   std::unique_ptr<BodySolver> body_;
   VirtualMass virtual_mass_;
   Lubrication lubrication_;
+  DrivingProtocol driving_;
+  bool lowers_ = false;  ///< the body component lacks the case's actuators and is driven by world forces
+  std::int64_t first_of_run_ = 0;
+  std::optional<Plausibility> plausibility_;
+  std::optional<RunObservers> observers_;
+  std::optional<SerialExplicit> scheme_;
+  RunTiming timing_;
+  Stopwatch::Clock::time_point start_;
   std::int64_t step_ = -1;
   std::vector<std::string> notices_;
 };

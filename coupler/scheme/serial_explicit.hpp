@@ -185,6 +185,8 @@ class SerialExplicit {
   /// Step that comes next, and the state of motion at its start.
   [[nodiscard]] std::int64_t step() const { return step_; }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+  /// Hydrodynamic loads on the bodies during the step before; none before the first.
+  [[nodiscard]] const Loads& loads() const { return loads_; }
 
   /// Seconds spent waiting for each solver.
   [[nodiscard]] double fluid_wait_s() const { return fluid_watch_.seconds(); }

@@ -22,6 +22,7 @@ from copepod.case import Case
 from copepod.errors import CaseError, CaseWarning, Error, RunError
 from copepod.results import Campaign, Run, Sample, follow, load
 from copepod.running import Check, Progress, check, run
+from copepod.simulation import Simulation
 
 __all__ = [
     "Campaign",
@@ -34,6 +35,7 @@ __all__ = [
     "Run",
     "RunError",
     "Sample",
+    "Simulation",
     "check",
     "follow",
     "load",

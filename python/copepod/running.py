@@ -58,8 +58,8 @@ def check(case: AnyCase, set: Settings = (), ranks: int | None = None) -> Check:
     @param ranks  MPI ranks of the fluid
     @throws CaseError with every error in the case
     """
-    with _case_file(case) as file:
-        options = {"set": _assignments(set), "ranks": ranks, "fluid": None, "body": None, "start_components": False}
+    with case_file(case) as file:
+        options = {"set": assignments(set), "ranks": ranks, "fluid": None, "body": None, "start_components": False}
         try:
             with stops_as_errors():
                 found = findings(Namespace(case=str(file.path), **options))
@@ -102,13 +102,13 @@ def run(
     @return a `Run`, or a `Campaign` of a case with a sweep
     @throws CaseError for a bad case or argument, RunError for a run that did not finish
     """
-    words = [f"--set={assignment}" for assignment in _assignments(set)]
+    words = [f"--set={assignment}" for assignment in assignments(set)]
     for name, value in (("out", out), ("ranks", ranks), ("fluid", fluid), ("body", body), ("restarts", restarts)):
         words += [f"--{name}={value}"] if value else []
     words += ["--resume"] if resume else []
     if not _COMMAND.exists():
         raise Error(f"{_COMMAND} does not exist (was the checkout moved?). Install copepod from it again.")
-    with _case_file(case) as file:
+    with case_file(case) as file:
         command = [str(_COMMAND), "run", str(file.path), *words]
         show = on_progress or (_ignore if quiet else _ProgressLine(file.name))
         return _Conversation(command, file, show, on_sample, quiet).finish()
@@ -222,7 +222,7 @@ class _CaseFile:
 
 
 @contextmanager
-def _case_file(case: AnyCase) -> Iterator[_CaseFile]:
+def case_file(case: AnyCase) -> Iterator[_CaseFile]:
     if isinstance(case, (str, Path)):
         yield _CaseFile(Path(case), Path(case).stem, is_ours=False)
         return
@@ -233,7 +233,7 @@ def _case_file(case: AnyCase) -> Iterator[_CaseFile]:
         yield _CaseFile(path, str(case.get("case", "case")), is_ours=True)
 
 
-def _assignments(settings: Settings) -> list[str]:
+def assignments(settings: Settings) -> list[str]:
     """As after --set; JSON is YAML."""
     if isinstance(settings, Mapping):
         return [f"{key}={json.dumps(value)}" for key, value in Case({"set": settings})["set"].items()]

@@ -1,18 +1,18 @@
 #!/usr/bin/python3
 """Runs of cases drawn at random must not depend on ranks, transport, threads, or on stopping and resuming.
 
-    tests/robustness/random_cases.py                             300 cases, each in seven ways
-    tests/robustness/random_cases.py --ways local                in five of them, all in one process: four times as fast
+    tests/robustness/random_cases.py                             300 cases, each in eight ways
+    tests/robustness/random_cases.py --ways local                in six of them, all in one process: three times as fast
     tests/robustness/random_cases.py --seed 36 --count 20 --ways some   as the test suite does
     tests/robustness/random_cases.py --shapes                    with bodies of all shapes and obstacles
     tests/robustness/random_cases.py --write FILE                one run per case; its seed and digest, to compare with
     tests/robustness/random_cases.py --against FILE              one run per case of the file, by another build
 
 The seed decides the case (drawn_case.py) and its ways. A run in one process on one rank is compared with runs on other
-ranks, of services over ipc and tcp, and with one that continues from a checkpoint of the first with other ranks and
-another transport, as after a loss: digest, drifts, speeds of swimmers and groups, trajectory, loads on obstacles and
-cycles byte by byte. A run that fails must fail in the same way, after the same trajectory. One line per case; cases
-that differ are kept in the folder of --keep.
+ranks, of services over ipc and tcp, with one that continues from a checkpoint of the first with other ranks and another
+transport, as after a loss, and with a simulation that is stepped, steered and returns to a snapshot: digest, drifts,
+speeds of swimmers and groups, trajectory, loads on obstacles and cycles byte by byte. A run that fails must fail in the
+same way, after the same trajectory. One line per case; cases that differ are kept in the folder of --keep.
 """
 
 import argparse
@@ -36,6 +36,7 @@ from drawn_case import draw, stop_step
 ROOT = Path(__file__).resolve().parent.parent.parent
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 ENVIRONMENT = {**os.environ, "COPEPOD_BIN_DIR": str(PROGRAMS)}
+STEPPED = ROOT / "tests/robustness/stepped_run.py"
 MOST_ATTEMPTS = 30
 LONGEST_S = 600  # a run of a second or two that takes longer is stuck, however busy the machine
 
@@ -84,6 +85,7 @@ def ways(seed, which):
 
     resumed_by = choose.choice(["in_process", "in_process", "ipc", "tcp"])
     local = [Way("in_process", ranks, any_threads()) for ranks in (2, 3, 4)]
+    local.append(Way("stepped", any_ranks(), any_threads()))
     remote = [Way(transport, any_ranks(), any_threads()) for transport in ("ipc", "tcp")]
     resumed = Way("in_process" if which == "local" else resumed_by, choose.randint(2, 4), any_threads(), resumes=True)
     if which == "some":  # services in every second case: they take long to start
@@ -105,6 +107,9 @@ def run(case, folder, way):
     """Outcome of a run in `folder`, which does not exist yet, or holds what a resumed run continues."""
     settings = ["--set", f"services.fluid.ranks={way.ranks}", "--set", f"services.body.threads={way.threads}"]
     resume = ["--resume"] if way.resumes else []
+    if way.transport == "stepped":
+        words = settings[1::2]
+        return _outcome(folder, _call([STEPPED, case, folder, way.ranks, *words], folder.parent))
     if way.transport == "in_process":
         command = [PROGRAMS / "in_process_run", "--run", case, "--endpoint", "none", "--session", "none"]
         settings += ["--set", "services.transport=in_process"]

@@ -1,0 +1,344 @@
+#include <cstdlib>
+#include <fcntl.h>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+#include <spdlog/sinks/null_sink.h>
+
+#include "copepod.h"
+#include "local_components.hpp"
+#include "run/program.hpp"
+#include "run/run_case.hpp"
+#include "run/summary.hpp"
+#include "system/durable_file.hpp"
+
+namespace copepod {
+namespace {
+
+namespace fs = std::filesystem;
+using coupler::LoadedCase;
+
+/// The caller's mistake.
+class Misuse : public Error {
+ public:
+  explicit Misuse(const std::string& reason) : Error(static_cast<ExitCode>(COPEPOD_MISUSE), reason) {}
+};
+
+void require(bool makes_sense, const std::string& reason) {
+  if (!makes_sense) throw Misuse(reason);
+}
+
+/// A new folder that goes with this object: in memory, where the system has such a place. Its lock shows that it is in
+/// use; those of processes that were killed are removed.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    const fs::path memory = "/dev/shm";
+    const fs::path parent = ::access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path();
+    for (const auto& entry : fs::directory_iterator(parent))
+      if (entry.path().filename().string().starts_with(name_start)) remove_if_abandoned(entry.path());
+    std::string path = parent / (std::string(name_start) + "XXXXXX");
+    if (::mkdtemp(path.data()) == nullptr || !take_lock(path))
+      throw StorageError(path + " cannot be made (" + std::generic_category().message(errno) + "). Free some space.");
+    path_ = path;
+  }
+  TemporaryFolder(TemporaryFolder&& other) noexcept
+      : path_(std::exchange(other.path_, fs::path())), lock_(std::exchange(other.lock_, -1)) {}
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+    if (lock_ >= 0) ::close(lock_);
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  static constexpr const char* name_start = "copepod-simulation-";
+
+  bool take_lock(const fs::path& path) {
+    lock_ = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    return lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) == 0;
+  }
+  void remove_if_abandoned(const fs::path& path) {
+    struct stat status {};
+    constexpr std::time_t young_s = 60;  // its maker may be about to lock it
+    std::error_code ignored;
+    if (::lstat(path.c_str(), &status) == 0 && status.st_uid == ::geteuid() &&
+        std::time(nullptr) - status.st_mtime > young_s && take_lock(path))
+      fs::remove_all(path, ignored);
+    if (lock_ >= 0) ::close(std::exchange(lock_, -1));
+  }
+
+  fs::path path_;
+  int lock_ = -1;
+};
+
+struct KeptSnapshot {
+  TemporaryFolder folder;
+  coupler::Snapshot snapshot;
+  Loads loads;
+};
+
+LoadedCase load(const char* case_file, const char* const* settings) {
+  std::vector<std::string> overrides{"services.transport=in_process"};
+  for (; settings != nullptr && *settings != nullptr; ++settings) overrides.emplace_back(*settings);
+  LoadedCase loaded = coupler::load_case(case_file, overrides);
+  if (loaded.sweep)
+    throw CaseError(std::string(case_file) + " is a sweep (a simulation is of one case). Set sweep=null.");
+  if (loaded.content.output.trace)
+    throw CaseError(
+        "output.trace is of runs that nothing interrupts (a simulation may return to an earlier state). "
+        "Remove it.");
+  return loaded;
+}
+
+/// A case that is advanced by its caller.
+class Simulation {
+ public:
+  Simulation(const char* case_file, const char* const* settings, const char* directory)
+      : loaded_(load(case_file, settings)),
+        directory_(directory != nullptr ? fs::path(directory) : temporary_.emplace().path()),
+        components_(loaded_.content.services.fluid_ranks),
+        provenance_(directory_, "libcopepod", "", loaded_.content.services.fluid_ranks, false),
+        run_(loaded_, directory_, components_, events_, signals_) {
+    if (fs::exists(directory_.resolved_case()))
+      throw CaseError(directory_.root().string() +
+                      " holds a run already (which would be lost). Choose another folder.");
+    write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
+    run_.open([&](const Capabilities& fluid, const Capabilities& body, std::int64_t) {
+      provenance_.set_components(fluid, body);
+      provenance_.write_start();
+    });
+    loads_.resize(run_.scheme().kinematics().bodies());
+    loads_.force_N.setZero();
+    loads_.torque_N_m.setZero();
+    nlohmann::ordered_json description{{"step_s", loaded_.content.step_s},
+                                       {"directory", directory != nullptr ? directory_.root().string() : ""},
+                                       {"warnings", loaded_.warnings},
+                                       {"bodies", nlohmann::json::array()},
+                                       {"actuators", loaded_.assembly.drive_paths}};
+    for (const BodySpecification& body : loaded_.assembly.bodies) description["bodies"].push_back(body.name);
+    description_ = description.dump();
+  }
+
+  [[nodiscard]] const std::string& description() const { return description_; }
+
+  std::int64_t step(std::int64_t steps, double limit_s) {
+    using Clock = std::chrono::steady_clock;
+    require(steps >= 0 && limit_s >= 0.0, "steps and limit_s must not be negative (time runs forward). Correct them.");
+    require_usable();
+    const Clock::time_point start = Clock::now();
+    const std::int64_t first = run_.scheme().step();
+    const auto pause = [&](std::int64_t next) {
+      return limit_s > 0.0 && next > first && std::chrono::duration<double>(Clock::now() - start).count() >= limit_s;
+    };
+    or_fail([&] { run_.advance(first + steps, pause); });
+    if (run_.scheme().step() > first) loads_ = run_.scheme().loads();
+    return run_.scheme().step() - first;
+  }
+
+  [[nodiscard]] copepod_state observe() const {
+    require_usable();
+    const Kinematics& now = run_.scheme().kinematics();
+    return {run_.scheme().step(),        now.bodies(),
+            now.position_m.data(),       now.orientation_wxyz.data(),
+            now.velocity_m_per_s.data(), now.angular_velocity_rad_per_s.data(),
+            loads_.force_N.data(),       loads_.torque_N_m.data()};
+  }
+
+  void act(std::int64_t actuator, double value, std::int64_t steps) {
+    const auto& springs = loaded_.assembly.drive_springs;
+    require(actuator >= 0 && actuator < static_cast<std::int64_t>(springs.size()),
+            "actuator " + std::to_string(actuator) + " is not there (the case has " + std::to_string(springs.size()) +
+                "). See copepod_describe.");
+    require_usable();
+    require(std::isfinite(value) && steps >= 0, "an actuator's value must be finite, its steps not negative.");
+    const auto number = static_cast<std::size_t>(actuator);
+    const int spring = springs[number];  // a rest length acts as a force
+    const double factor =
+        spring < 0 ? 1.0 : loaded_.assembly.springs[static_cast<std::size_t>(spring)].stiffness_N_per_m;
+    run_.driving().steer(number, run_.scheme().step(), factor * value, steps);
+  }
+
+  std::int64_t snapshot() {
+    require_usable();
+    TemporaryFolder folder;
+    coupler::Snapshot saved = run_.save(folder.path());
+    snapshots_.emplace(++newest_snapshot_, KeptSnapshot{std::move(folder), std::move(saved), loads_});
+    return newest_snapshot_;
+  }
+
+  void restore(std::int64_t snapshot) {
+    const KeptSnapshot& kept = found(snapshot)->second;
+    or_fail([&] { run_.restore(kept.snapshot); });
+    failure_.reset();
+    loads_ = kept.loads;
+  }
+
+  void drop(std::int64_t snapshot) { snapshots_.erase(found(snapshot)); }
+
+  void close() {
+    if (temporary_) return;
+    if (!failure_) or_fail([&] { run_.finish(); });
+    provenance_.set_notices(run_.notices());
+    provenance_.write_end(failure_ ? failure_->code : ExitCode::finished, failure_ ? failure_->reason : "");
+  }
+
+  std::mutex in_a_call;
+
+ private:
+  void require_usable() const {
+    require(!failure_, "this simulation has failed (see the message then). Restore a snapshot, or close it.");
+  }
+
+  /// After whatever is thrown only a snapshot leads back.
+  template <class Action>
+  void or_fail(const Action& action) {
+    try {
+      action();
+    } catch (const std::exception& error) {
+      failure_ = coupler::report_of(error, run_.step());
+      throw;
+    }
+  }
+
+  std::map<std::int64_t, KeptSnapshot>::iterator found(std::int64_t snapshot) {
+    const auto place = snapshots_.find(snapshot);
+    require(place != snapshots_.end(),
+            "snapshot " + std::to_string(snapshot) + " is not there (dropped, or of another simulation?). Make one.");
+    return place;
+  }
+
+  LoadedCase loaded_;
+  std::optional<TemporaryFolder> temporary_;
+  coupler::RunDirectory directory_;
+  LocalComponents components_;
+  std::ostream nowhere_{nullptr};
+  coupler::Events events_{nowhere_};
+  coupler::RunSignals signals_;
+  coupler::Provenance provenance_;
+  coupler::CaseRun run_;
+  std::string description_;
+  Loads loads_;  ///< during the step before
+  std::optional<FailureReport> failure_;
+  std::map<std::int64_t, KeptSnapshot> snapshots_;
+  std::int64_t newest_snapshot_ = 0;
+};
+
+/// All that are open. A handle is a number, so that one that was closed is refused.
+std::mutex registry_mutex;
+std::map<std::int64_t, std::shared_ptr<Simulation>> registry;
+std::int64_t newest_handle = 0;
+thread_local std::string message;
+
+/// Runs an action and turns whatever it throws into a code and a message.
+template <class Action>
+int guarded(const Action& action) noexcept {
+  try {
+    action();
+    return static_cast<int>(ExitCode::finished);
+  } catch (const std::exception& error) {
+    const FailureReport report = coupler::report_of(error, -1);
+    message = (report.step < 0 ? "" : "at step " + std::to_string(report.step) + ": ") + report.reason;
+    return static_cast<int>(report.code);
+  }
+}
+
+/// The same for a simulation that no other call uses.
+template <class Action>
+int guarded(std::int64_t handle, const Action& action) noexcept {
+  return guarded([&] {
+    std::shared_ptr<Simulation> simulation;
+    {
+      const std::lock_guard lock(registry_mutex);
+      const auto found = registry.find(handle);
+      require(found != registry.end(),
+              "simulation " + std::to_string(handle) + " is not open (closed before?). Use one from copepod_open.");
+      simulation = found->second;
+    }
+    const std::unique_lock lock(simulation->in_a_call, std::try_to_lock);
+    require(lock.owns_lock(), "another thread is in a call for this simulation (one at a time). Wait for it.");
+    action(*simulation);
+  });
+}
+
+void require_argument(const void* argument) {
+  require(argument != nullptr, "an argument is NULL (a place is needed there). See copepod.h.");
+}
+
+}  // namespace
+}  // namespace copepod
+
+using namespace copepod;
+
+int copepod_open(const char* case_file, const char* const* settings, const char* directory, int64_t* simulation) {
+  return guarded([&] {
+    require_argument(case_file);
+    require_argument(simulation);
+    static const bool has_no_log = [] {  // the default one writes to the caller's terminal
+      spdlog::set_default_logger(spdlog::create<spdlog::sinks::null_sink_mt>("copepod"));
+      return true;
+    }();
+    static_cast<void>(has_no_log);
+    const auto made = std::make_shared<Simulation>(case_file, settings, directory);
+    const std::lock_guard lock(registry_mutex);
+    registry.emplace(++newest_handle, made);
+    *simulation = newest_handle;
+  });
+}
+
+int copepod_describe(int64_t simulation, const char** json) {
+  return guarded(simulation, [&](const Simulation& found) {
+    require_argument(json);
+    *json = found.description().c_str();
+  });
+}
+
+int copepod_step(int64_t simulation, int64_t steps, double limit_s, int64_t* done) {
+  return guarded(simulation, [&](Simulation& found) {
+    const std::int64_t count = found.step(steps, limit_s);
+    if (done != nullptr) *done = count;
+  });
+}
+
+int copepod_observe(int64_t simulation, copepod_state* state) {
+  return guarded(simulation, [&](const Simulation& found) {
+    require_argument(state);
+    *state = found.observe();
+  });
+}
+
+int copepod_act(int64_t simulation, int64_t actuator, double value, int64_t steps) {
+  return guarded(simulation, [&](Simulation& found) { found.act(actuator, value, steps); });
+}
+
+int copepod_snapshot(int64_t simulation, int64_t* snapshot) {
+  return guarded(simulation, [&](Simulation& found) {
+    require_argument(snapshot);
+    *snapshot = found.snapshot();
+  });
+}
+
+int copepod_restore(int64_t simulation, int64_t snapshot) {
+  return guarded(simulation, [&](Simulation& found) { found.restore(snapshot); });
+}
+
+int copepod_drop(int64_t simulation, int64_t snapshot) {
+  return guarded(simulation, [&](Simulation& found) { found.drop(snapshot); });
+}
+
+int copepod_close(int64_t simulation) {
+  return guarded(simulation, [&](Simulation& found) {
+    {
+      const std::lock_guard lock(registry_mutex);
+      registry.erase(simulation);
+    }
+    found.close();
+  });
+}
+
+const char* copepod_error(void) { return message.c_str(); }

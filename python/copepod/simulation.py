@@ -1,0 +1,221 @@
+"""A run inside this process, advanced step by step and steered; on top of the C functions of in_process/copepod.h."""
+
+import ctypes
+import functools
+import json
+import warnings
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy
+
+from copepod.errors import CaseError, CaseWarning, Error, RunError
+from copepod.running import AnyCase, Settings, assignments, case_file
+from copepod_run import build
+from copepod_run.checkout import program
+from copepod_run.errors import ExitCode
+
+_SLICE_S = 0.05  # of a long step: Python takes signals between two calls
+_MISUSE = 64
+
+_Array = Any  # numpy.ndarray
+
+
+class _State(ctypes.Structure):
+    """copepod_state."""
+
+    _names = (
+        "position_m",
+        "orientation_wxyz",
+        "velocity_m_per_s",
+        "angular_velocity_rad_per_s",
+        "force_N",
+        "torque_N_m",
+    )
+    _fields_ = [("step", ctypes.c_int64), ("bodies", ctypes.c_int64)] + [
+        (name, ctypes.POINTER(ctypes.c_double)) for name in _names
+    ]
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    build.ensure_targets(("copepod",))
+    library = ctypes.CDLL(str(program("libcopepod.so")))
+    library.copepod_error.restype = ctypes.c_char_p
+    return library
+
+
+def _call(name: str, *arguments: Any) -> None:
+    """One of the C functions. Raises CaseError, RunError or, for a mistake of the caller, Error."""
+    code = getattr(_library(), name)(*arguments)
+    if code == 0:
+        return
+    message = _library().copepod_error().decode(errors="replace")
+    kind = {ExitCode.BAD_CASE: CaseError, _MISUSE: Error}.get(code, RunError)
+    raise kind(message, code)
+
+
+class Bodies:
+    """Motion at the start of the step that comes next, and the fluid's loads during the one before: copies, of shape
+    (bodies, 3), orientations (bodies, 4) as w, x, y, z; in the order of `names`."""
+
+    position_m: _Array
+    orientation_wxyz: _Array
+    velocity_m_per_s: _Array
+    angular_velocity_rad_per_s: _Array
+    force_N: _Array
+    torque_N_m: _Array
+
+    def __init__(self, names: list[str], state: _State) -> None:
+        self.names = names
+        for name in _State._names:
+            shape = (len(names), 4 if name == "orientation_wxyz" else 3)
+            values = numpy.ctypeslib.as_array(getattr(state, name), shape).copy() if names else numpy.empty(shape)
+            setattr(self, name, values)
+
+
+class Actuators:
+    """The case's actuators, in the order of `paths`: `actuators["joints.0"] = 1e-6`, or a number for the path, replaces
+    the signal of the case by a constant from the next step on. In N, N m, m or rad, see docs/steering.md."""
+
+    def __init__(self, handle: ctypes.c_int64, paths: list[str]) -> None:
+        self._handle = handle
+        self.paths = paths
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+    def __setitem__(self, actuator: str | int, value: float) -> None:
+        self.move(actuator, value, 0)
+
+    def move(self, actuator: str | int, value: float, steps: int) -> None:
+        """Changes a value linearly within so many steps from what it is; it then stays.
+
+        @throws Error for an actuator that is not there, or a value that is not finite
+        """
+        if isinstance(actuator, str):
+            if self.paths.count(actuator) != 1:
+                raise Error(f"{actuator} is not one actuator of {self.paths}. Use one of them, or its number.", _MISUSE)
+            actuator = self.paths.index(actuator)
+        _call("copepod_act", self._handle, ctypes.c_int64(actuator), ctypes.c_double(value), ctypes.c_int64(steps))
+
+
+class Snapshot:
+    """A state of a simulation in memory; freed with this object."""
+
+    def __init__(self, handle: ctypes.c_int64) -> None:
+        self._handle = handle
+        self._number = ctypes.c_int64()
+        _call("copepod_snapshot", handle, ctypes.byref(self._number))
+
+    def __del__(self) -> None:
+        _library().copepod_drop(self._handle, self._number)
+
+
+class Simulation:
+    """A case that this process advances, with all ranks of the fluid as threads.
+
+        with copepod.Simulation("swimmer.yaml") as sim:
+            start = sim.snapshot()
+            sim.actuators.move("joints.0", -4e-6, steps=500)
+            sim.step(500)
+            print(sim.time_s, sim.bodies.position_m)
+            sim.restore(start)
+
+    Same case, same calls: the same bits, for any number of ranks. Any number of simulations may be open, each used by
+    one thread at a time.
+    """
+
+    def __init__(
+        self,
+        case: AnyCase,
+        directory: str | Path | None = None,
+        *,
+        set: Settings = (),
+        ranks: int | None = None,
+    ) -> None:
+        """
+        @param case       a Case, a dictionary or the path of a case file
+        @param directory  new run directory, which `close` completes; None: no results are kept
+        @param set        other values of some keys: {"run.steps": 1000} or ["run.steps=1000"]
+        @param ranks      threads of the fluid
+        @throws CaseError for a bad case
+        """
+        words = assignments(set) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
+        self._handle = ctypes.c_int64()
+        with case_file(case) as file:
+            settings = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
+            place = None if directory is None else str(directory).encode()
+            try:
+                _call("copepod_open", str(file.path).encode(), settings, place, ctypes.byref(self._handle))
+            except CaseError as error:
+                raise CaseError(file.shown(str(error)), error.code) from None
+            text = ctypes.c_char_p()
+            _call("copepod_describe", self._handle, ctypes.byref(text))
+            description = json.loads(text.value or b"")
+            for warning in description["warnings"]:
+                warnings.warn(file.shown(warning), CaseWarning, stacklevel=2)
+        self.step_s: float = description["step_s"]
+        self.actuators = Actuators(self._handle, description["actuators"])
+        self._names: list[str] = description["bodies"]
+
+    def step(self, steps: int = 1) -> None:
+        """Advances. An interrupt ends it within 0.1 s between two steps, and the state is whole.
+
+        @throws RunError if the simulation diverges; a snapshot can be restored then
+        """
+        done = ctypes.c_int64()
+        while True:
+            limits = (ctypes.c_int64(steps), ctypes.c_double(_SLICE_S))
+            _call("copepod_step", self._handle, *limits, ctypes.byref(done))
+            steps -= done.value
+            if steps <= 0:
+                return
+
+    def _state(self) -> _State:
+        state = _State()
+        _call("copepod_observe", self._handle, ctypes.byref(state))
+        return state
+
+    @property
+    def steps(self) -> int:
+        """Steps since the start of the case."""
+        return int(self._state().step)
+
+    @property
+    def time_s(self) -> float:
+        """Time since the start of the case."""
+        return self.steps * self.step_s
+
+    @property
+    def bodies(self) -> Bodies:
+        """The bodies at this moment."""
+        return Bodies(self._names, self._state())
+
+    def snapshot(self) -> Snapshot:
+        """Keeps fluid, bodies, coupler and actuators in memory."""
+        return Snapshot(self._handle)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Returns to a state: what comes next has the bits of a run without interruption. Files in the run directory
+        end where the state does.
+
+        @throws Error for the snapshot of another simulation
+        """
+        _call("copepod_restore", self._handle, snapshot._number)
+
+    def close(self) -> None:
+        """Completes the run directory, and frees everything; a second time nothing."""
+        if self._handle.value:
+            handle, self._handle = self._handle, ctypes.c_int64()
+            _call("copepod_close", handle)
+
+    def __enter__(self) -> "Simulation":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        self.close()
