@@ -1,10 +1,10 @@
 /* libcopepod: a run inside another program, step by step, with all ranks of the fluid as threads of its process.
  *
  * Every function returns 0, or the exit code of `copepod run` for the same failure (2: bad case, 70: diverged, 73:
- * disk), or COPEPOD_MISUSE; copepod_error() then has the message. No exception and no signal handler crosses the border. Any
- * number of simulations may be open, each in one call at a time; calls for different ones may come from different
- * threads. Same case, same calls: the same bits, for any number of ranks. Lengths in m, times in s; the vectors of
- * bodies follow each other, 3 or 4 numbers each.
+ * disk), or COPEPOD_MISUSE; copepod_error() then has the message. No exception and no signal handler crosses the
+ * border. Any number of simulations may be open, each in one call at a time; calls for different ones may come from
+ * different threads. Same case, same calls: the same bits, for any number of ranks. Lengths in m, times in s; the
+ * vectors of bodies follow each other, 3 or 4 numbers each.
  */
 #ifndef COPEPOD_H
 #define COPEPOD_H

@@ -42,7 +42,7 @@ class TemporaryFolder {
     const fs::path parent = ::access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path();
     for (const auto& entry : fs::directory_iterator(parent))
       if (entry.path().filename().string().starts_with(name_start)) remove_if_abandoned(entry.path());
-    std::string path = parent / (std::string(name_start) + "XXXXXX");
+    std::string path = parent / (name_start + std::to_string(::getpid()) + "-XXXXXX");
     if (::mkdtemp(path.data()) == nullptr || !take_lock(path))
       throw StorageError(path + " cannot be made (" + std::generic_category().message(errno) + "). Free some space.");
     path_ = path;
@@ -57,7 +57,7 @@ class TemporaryFolder {
   [[nodiscard]] const fs::path& path() const { return path_; }
 
  private:
-  static constexpr const char* name_start = "copepod-simulation-";
+  inline static const std::string name_start = "copepod-simulation-";
 
   bool take_lock(const fs::path& path) {
     lock_ = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
