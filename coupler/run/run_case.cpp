@@ -208,10 +208,11 @@ CouplerState CaseRun::state() {
 }
 
 Snapshot CaseRun::save(const std::filesystem::path& folder) {
-  Snapshot snapshot{{folder / "fluid.h5", folder / "body.bin", state(), {}}, driving_};
-  fluid_->save(snapshot.states.fluid_path.string());
-  body_->save(snapshot.states.body_path.string());
-  return snapshot;
+  if (scheme_->step() == 0) return {std::nullopt, driving_};
+  const FoundCheckpoint states{folder / "fluid.h5", folder / "body.bin", state(), {}};
+  fluid_->save(states.fluid_path.string());
+  body_->save(states.body_path.string());
+  return {states, driving_};
 }
 
 void CaseRun::restore(const Snapshot& snapshot) {
@@ -221,7 +222,7 @@ void CaseRun::restore(const Snapshot& snapshot) {
   body_.reset();
   driving_ = snapshot.driving;
   make_solvers(make_body_setup(loaded_.content, loaded_.assembly), snapshot.states);
-  make_scheme(snapshot.states, true);
+  make_scheme(snapshot.states, snapshot.states.has_value());
 }
 
 void CaseRun::finish() {

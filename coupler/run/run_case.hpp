@@ -23,7 +23,7 @@ enum class Beginning { fresh, resumed, branched };
 
 /// What a simulation needs beside the states of its solvers to continue bit for bit.
 struct Snapshot {
-  FoundCheckpoint states;
+  std::optional<FoundCheckpoint> states;  ///< none at step 0: the case has it
   DrivingProtocol driving;
 };
 

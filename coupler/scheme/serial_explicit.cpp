@@ -205,7 +205,7 @@ void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, con
     if (!fits) throw StorageError(std::string("the checkpoint cannot be resumed (") + what + "). Use another one.");
   };
   const auto is_before = [&](const auto& previous, bool is_needed) {
-    const Eigen::Index bodies = is_needed && step > 0 ? kinematics_.bodies() : 0;  // nothing is before step 0
+    const Eigen::Index bodies = is_needed ? kinematics_.bodies() : 0;
     return has_bodies(previous, bodies) && (bodies == 0 || previous.step == step_ - 1);
   };
   require(step == step_, "its bodies are at another step than the coupler");

@@ -19,6 +19,7 @@ import pkgutil
 __path__ = pkgutil.extend_path(__path__, __name__)
 
 from copepod.case import Case
+from copepod.environment import Environment, Environments
 from copepod.errors import CaseError, CaseWarning, Error, RunError
 from copepod.results import Campaign, Run, Sample, follow, load
 from copepod.running import Check, Progress, check, run
@@ -30,6 +31,8 @@ __all__ = [
     "CaseError",
     "CaseWarning",
     "Check",
+    "Environment",
+    "Environments",
     "Error",
     "Progress",
     "Run",

@@ -20,7 +20,7 @@ def main():
     steps = copepod.Case.load(case)["run.steps"]
     with copepod.Simulation(case, directory, set=settings) as sim:
         try:
-            sim.step(choose.randrange(steps))
+            sim.step(choose.choice([0, choose.randrange(steps), choose.randrange(steps)]))
             middle = sim.snapshot()
             try:
                 sim.step(choose.randint(1, 20))
