@@ -15,7 +15,7 @@ _Step = tuple[Any, float, bool, bool, dict[str, Any]]
 
 
 class Environment:
-    """One swimmer, or whatever a case has, as an environment. A subclass says what an agent sees and does:
+    """One swimmer, or whatever a case has, as an environment. A subclass defines what an agent sees and does:
 
         class Swimmer(copepod.Environment):
             def observe(self): return self.sim.bodies.position_m[:, 2]

@@ -1,4 +1,4 @@
-"""The Python in docs/python.md and the notebooks in docs/notebooks run as they stand."""
+"""The Python in docs/python.md, docs/steering.md and the notebooks in docs/notebooks run as they stand."""
 
 import importlib.util
 import os
@@ -41,6 +41,14 @@ class Documentation(CommandTest):
         self.assertTrue((self.folder / "runs/slow_rotator/summary.json").exists())
         self.assertEqual(len(list((self.folder / "runs/lags").glob("lags_*/summary.json"))), 25)
         self.assertTrue((self.folder / "lags.pdf").exists())
+
+    def test_page_about_steering(self):
+        page = (ROOT / "docs/steering.md").read_text()
+        simulation, environment = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+        last = float(self.output_of("-c", simulation).split()[-1])
+        self.assertAlmostEqual(last, -8e-6 / 3 + 0.1396e-6, delta=1e-9)  # the middle at the start is at −8/3 µm
+        rewards = self.output_of("-c", environment.replace("rods.close()", "print(reward)"))
+        self.assertNotEqual(float(rewards), 0.0)
 
     def test_notebooks_run_and_show_their_figures(self):
         if importlib.util.find_spec("nbclient") is None or importlib.util.find_spec("ipykernel") is None:

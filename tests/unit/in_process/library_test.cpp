@@ -64,8 +64,8 @@ class Library : public testing::Test {
       numbers.insert(numbers.end(), values, values + each * now.bodies);
     };
     add(now.orientation_wxyz, 4);
-    for (const double* values : {now.position_m, now.velocity_m_per_s, now.angular_velocity_rad_per_s, now.force_N,
-                                 now.torque_N_m})
+    for (const double* values :
+         {now.position_m, now.velocity_m_per_s, now.angular_velocity_rad_per_s, now.force_N, now.torque_N_m})
       add(values, 3);
     return numbers;
   }
@@ -82,8 +82,7 @@ class Library : public testing::Test {
 /// A text that is part of the last error of this thread.
 testing::AssertionResult is_said(const std::string& part) {
   const std::string message = copepod_error();
-  return message.find(part) == std::string::npos ? testing::AssertionFailure() << message
-                                                 : testing::AssertionSuccess();
+  return message.find(part) == std::string::npos ? testing::AssertionFailure() << message : testing::AssertionSuccess();
 }
 
 TEST_F(Library, ReturnsToASnapshotBitByBitOnAnyNumberOfRanks) {

@@ -1,0 +1,220 @@
+"""Simulations in this process, by `import copepod` and from C: steps, steering, snapshots, environments."""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import warnings
+from pathlib import Path
+
+import numpy
+from copepod_session import ROOT
+
+PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
+os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
+sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/learning")]
+
+import copepod  # noqa: E402
+import three_spheres  # noqa: E402
+
+STROKE = ROOT / "configs/examples/prescribed_stroke.yaml"
+TABLE = {"kind": "table", "times_steps": [0, 100], "values": [0.0, -4.0e-6]}
+
+
+class SimulationTest(unittest.TestCase):
+    def test_ends_with_the_digest_of_the_command_and_leaves_a_whole_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            settings = {
+                "run.steps": 900,
+                "output.fields.mean_over_steps": [100, 800],
+                "output.fields.mean_every_steps": 50,
+            }
+            case = ROOT / "configs/quick/three_sphere.yaml"
+            run = copepod.run(case, f"{folder}/run", set=settings, quiet=True)
+            with warnings.catch_warnings(action="ignore"):
+                sim = copepod.Simulation(case, f"{folder}/sim", set=settings, ranks=2)
+            with sim:
+                sim.step(300)
+                middle = sim.snapshot()
+                sim.step(333)
+                sim.restore(middle)
+                sim.step(600)
+                positions = sim.bodies.position_m
+            other = copepod.load(f"{folder}/sim")
+            self.assertEqual(other.status, "finished")
+            self.assertEqual(other.summary["digest"], run.summary["digest"])
+            self.assertTrue(other.trajectory.equals(run.trajectory))
+            numpy.testing.assert_array_equal(other.trajectory.xs(900, level="step")[["x_m", "y_m", "z_m"]], positions)
+
+    def test_a_joint_follows_as_it_would_a_signal_of_the_case(self):
+        with copepod.Simulation(STROKE, set={"joints.0.signal": TABLE}) as given:
+            with copepod.Simulation(
+                STROKE, set={"joints.0.signal": {"kind": "constant", "amplitude_m": 3.0e-6}}
+            ) as sim:
+                self.assertEqual(sim.actuators.paths, ["joints.0", "joints.1"])
+                sim.actuators.move("joints.0", -4.0e-6, 100)
+                for one in (given, sim):
+                    one.step(150)
+                numpy.testing.assert_array_equal(sim.bodies.position_m, given.bodies.position_m)
+                rods_m = numpy.diff(sim.bodies.position_m[:, 2])
+                self.assertAlmostEqual(rods_m[0], 76.0e-6, delta=1e-12)
+                self.assertEqual((sim.steps, len(sim.actuators)), (150, 2))
+                self.assertAlmostEqual(sim.time_s, 150 * 7.5e-10)
+
+    def test_an_interrupt_ends_a_long_step_at_once_with_the_state_whole(self):
+        with copepod.Simulation(STROKE) as sim:
+            start = sim.snapshot()
+            sent_s = []
+
+            def interrupt():
+                time.sleep(0.3)
+                sent_s.append(time.monotonic())
+                os.kill(os.getpid(), signal.SIGINT)
+
+            thread = threading.Thread(target=interrupt)
+            thread.start()
+            with self.assertRaises(KeyboardInterrupt):
+                sim.step(10**9)
+            late_s = time.monotonic() - sent_s[0]
+            thread.join()
+            self.assertLess(late_s, 1.0)  # 0.05 s, but for the load of this machine
+            steps, positions = sim.steps, sim.bodies.position_m
+            self.assertGreater(steps, 0)
+            sim.restore(start)
+            sim.step(steps)
+            numpy.testing.assert_array_equal(sim.bodies.position_m, positions)
+
+    def test_mistakes_are_named(self):
+        with self.assertRaisesRegex(copepod.CaseError, "fluid.solver is missing"):
+            copepod.Simulation({"case": "empty"})
+        with copepod.Simulation(STROKE) as sim, copepod.Simulation(STROKE) as other:
+            for wrong in ("joints.7", 2, -1):
+                with self.assertRaises(copepod.Error):
+                    sim.actuators[wrong] = 1.0
+            with self.assertRaisesRegex(copepod.Error, "finite"):
+                sim.actuators[0] = float("nan")
+            snapshot = other.snapshot()
+            other.snapshot()
+            with self.assertRaisesRegex(copepod.Error, "of another simulation"):
+                sim.restore(snapshot)
+        with self.assertRaisesRegex(copepod.Error, "is not open"):
+            sim.step()
+        sim.close()  # a second time nothing
+
+    def test_a_failure_names_the_step_and_a_snapshot_leads_back(self):
+        with copepod.Simulation(STROKE) as sim:
+            sim.step(10)
+            before = sim.snapshot()
+            sim.actuators[0] = 1.0  # a rod of a metre
+            with self.assertRaisesRegex(copepod.RunError, "at step 10: .*moved by"):
+                sim.step(100)
+            sim.restore(before)
+            sim.step(5)
+            self.assertEqual(sim.steps, 15)
+
+    def test_the_example_in_c(self):
+        with tempfile.TemporaryDirectory() as folder:
+            program = f"{folder}/steer"
+            flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT}/in_process"]
+            link = [f"-L{PROGRAMS}", f"-Wl,-rpath,{PROGRAMS}", "-lcopepod", "-o", program]
+            subprocess.run(["cc", *flags, ROOT / "examples/c/steer.c", *link], check=True)
+            ended = subprocess.run([program, STROKE], capture_output=True, text=True, check=True)
+            self.assertRegex(ended.stdout, r"cycle 1: \+0\.137\d um")
+            ended = subprocess.run([program, "missing.yaml"], capture_output=True, text=True)
+            self.assertEqual(ended.returncode, 2)
+            self.assertIn("missing.yaml", ended.stderr)
+
+    def test_only_its_functions_are_visible(self):
+        ended = subprocess.run(
+            ["nm", "-D", "--defined-only", PROGRAMS / "libcopepod.so"], capture_output=True, text=True, check=True
+        )
+        names = {line.split()[-1] for line in ended.stdout.splitlines()}
+        header = (ROOT / "in_process/copepod.h").read_text()
+        self.assertEqual(names, {name for name in names if f"{name}(" in header})
+        self.assertIn("copepod_open", names)
+
+    def test_the_state_has_the_layout_of_the_header(self):
+        self.assertEqual(ctypes.sizeof(copepod.simulation._State), 8 * 8)
+
+
+class Fragile(three_spheres.ThreeSpheres):
+    """Fails when its action is 2, if it is the second."""
+
+    def act(self, action):
+        if action == 2:
+            self.sim.actuators[0] = 1.0
+        else:
+            super().act(action)
+
+
+def spheres(kind=three_spheres.ThreeSpheres, episode=6):
+    case, steps = three_spheres.stokes_case(three_spheres.FAR)
+    return kind(case, three_spheres.FAR, steps, episode)
+
+
+class EnvironmentTest(unittest.TestCase):
+    def test_an_episode_follows_gymnasiums_rules(self):
+        environment = spheres()
+        with self.assertRaisesRegex(copepod.Error, "Call reset first"):
+            environment.step(0)
+        seen, info = environment.reset(seed=3, options={})
+        self.assertEqual((list(seen[:2]), info), ([0, 0], {}))
+        self.assertIs(environment.unwrapped, environment)
+        for number in range(6):
+            seen, reward, terminated, truncated, info = environment.step(number % 2)
+            self.assertEqual((type(reward), type(terminated), truncated), (float, bool, number == 5))
+        with self.assertRaisesRegex(copepod.Error, "Call reset first"):
+            environment.step(0)
+        environment.close()
+
+    def test_the_same_seed_and_actions_give_the_same_bits(self):
+        environment = spheres()
+        episodes = []
+        for _ in range(2):
+            first, _ = environment.reset(seed=1)
+            draw = environment.np_random.random()
+            episodes.append([draw, *first, *(x for action in (0, 1, 1, 0, 1) for x in environment.step(action)[0])])
+        self.assertEqual(*episodes)
+        environment.close()
+
+    def test_one_that_diverges_ends_its_own_episode_only(self):
+        together = copepod.Environments([lambda: spheres(Fragile)] * 3)
+        alone = spheres()
+        alone.reset(seed=5)
+        together.reset(seed=5)
+        expected, _, _, _, _ = alone.step(0)
+        seen, rewards, terminated, truncated, info = together.step([0, 2, 0])
+        self.assertEqual(list(truncated), [False, True, False])
+        self.assertFalse(terminated.any())
+        self.assertRegex(info["reason"][1], "moved by")
+        for number in (0, 2):
+            numpy.testing.assert_array_equal(seen[number], expected)
+        expected, _, _, _, _ = alone.step(1)
+        seen, rewards, terminated, truncated, info = together.step([1, 1, 1])  # the second is reset
+        self.assertEqual((list(truncated), rewards[1], list(seen[1][:2]), info), ([False] * 3, 0.0, [0, 0], {}))
+        numpy.testing.assert_array_equal(seen[0], expected)
+        seen, rewards, _, _, _ = together.step([0, 0, 0])
+        self.assertNotEqual(rewards[1], 0.0)
+        together.close()
+        alone.close()
+
+    def test_a_learner_finds_the_stroke_of_najafi_and_golestanian(self):
+        environment = spheres(episode=40)
+        Q, path = three_spheres.learn(environment, 400, seed=1)
+        moved, actions = three_spheres.greedy_cycle(environment, Q)
+        self.assertEqual(actions, [0, 1, 0, 1])
+        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, 0))
+        theory = three_spheres.mobility_cycle(three_spheres.FAR)
+        self.assertAlmostEqual(theory, 0.16502, delta=5e-6)
+        self.assertAlmostEqual(moved, theory, delta=0.001 * theory)
+        self.assertEqual(len(path), 401)
+        environment.close()
+
+
+if __name__ == "__main__":
+    unittest.main()
