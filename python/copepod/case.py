@@ -57,10 +57,8 @@ class Case(MutableMapping[str, Any]):
         yaml = required("yaml")
         values = copy.deepcopy(self._values)
         _make_files_absolute(values, Path.cwd())
-        text: str = yaml.dump(
-            values, Dumper=_dumper(yaml), sort_keys=False, default_flow_style=None, allow_unicode=True
-        )
-        return text
+        style = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
+        return str(yaml.dump(values, Dumper=_dumper(yaml), **style))
 
     def copy(self) -> "Case":
         """An independent copy."""

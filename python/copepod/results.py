@@ -198,9 +198,8 @@ def follow(run: Run | str | Path, wait_s: float = 10.0) -> Iterator[Sample]:
     """
     directory = run.directory if isinstance(run, Run) else Path(run)
     deadline_s = time.monotonic() + wait_s
-    while not (directory / "case.yaml").exists() and time.monotonic() < deadline_s:
-        if (directory / "results.json").exists():  # a campaign
-            break
+    begun = (directory / "case.yaml", directory / "results.json")  # a run, a campaign
+    while not any(path.exists() for path in begun) and time.monotonic() < deadline_s:
         time.sleep(_LOOK_EVERY_S)
     found = load(directory)
     if not isinstance(found, Run):

@@ -237,6 +237,8 @@ class Trace(RecordedRun):
                 tracks.setdefault((event["pid"], event["tid"]), []).append(event)
             else:
                 self.assertEqual(event["ph"], "M")
+        threads = {(event["pid"], event["tid"]) for event in events if event["name"] == "thread_name"}
+        self.assertEqual(set(tracks), threads)
         for track in tracks.values():
             self.assert_nests(track)
         phases = {event["name"] for track in tracks.values() for event in track}
@@ -289,6 +291,7 @@ class Shadow(unittest.TestCase):
             phase("exchanging", 0, 0, 10),
             phase("advancing", 0, 10, bulk_end),
             phase("waiting", 0, bulk_end, wait_end),
+            phase("exchanging", 0, wait_end, wait_end + 1),  # the request came again
         ]
         coupler = [
             phase("wait for fluid", 0, 0, 12),
@@ -316,7 +319,7 @@ class Shadow(unittest.TestCase):
 
 class Comparison(unittest.TestCase):
     def test_sees_single_bits_and_honours_the_tolerance(self):
-        a, b = Envelope(session_id=1, step=3), Envelope(session_id=2, step=3)
+        a, b = Envelope(session_id=1, sequence=5, step=3), Envelope(session_id=2, sequence=6, step=3)
         a.kinematics.position_m.extend([0.0, 1.0, 2.0])
         b.kinematics.position_m.extend([0.0, 1.0, 2.0])
         self.assertEqual(list(differences(a, b)), [])
@@ -330,6 +333,8 @@ class Comparison(unittest.TestCase):
         self.assertEqual(list(differences(b, a)), ["kinematics.position_m: 3 values instead of 4"])
         b.step = 4
         self.assertIn("step: 4 instead of 3", list(differences(a, b)))
+        self.assertEqual(list(differences(a, Envelope(step=3))), ["kinematics: missing"])
+        self.assertEqual(list(differences(Envelope(step=3), a)), ["kinematics: not expected"])
 
 
 TAMPERED_FLUID = """

@@ -83,10 +83,8 @@ class ControlLane(threading.Thread):
             self._disconnected_since = now
         broken = self._disconnected_since is not None and now - self._disconnected_since > DISCONNECTED_S
         if (broken or now - self._last_ping > self._orphan_after_s) and not self._context.stop_code:
-            self._log.error(
-                "The coupler is gone (%s). See the coupler's log.",
-                "its connection broke and did not come back" if broken else "pings no longer arrive",
-            )
+            why = "its connection broke and did not come back" if broken else "pings no longer arrive"
+            self._log.error("The coupler is gone (%s). See the coupler's log.", why)
             self._stop(ExitCode.COMPONENT_LOST)
 
     def _stop(self, code):

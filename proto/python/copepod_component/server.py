@@ -98,8 +98,6 @@ class Server:
             self._log.warning("Ignored a %s: %s.", name, action.reason)
         elif action.kind == "repeat":
             self._socket.send(self._last_reply)
-        elif action.kind == "refuse":
-            raise Refused(action.reason)
         else:
             self._work(name, request)
 

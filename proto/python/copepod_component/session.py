@@ -2,12 +2,13 @@
 
 import dataclasses
 
+from .errors import Refused
 from .messages import legal_messages, transition
 
 
 @dataclasses.dataclass(frozen=True)
 class Action:
-    """What to do about a message: kind is "work", "repeat", "ignore" or "refuse"."""
+    """What to do about a message: kind is "work", "repeat" or "ignore"."""
 
     kind: str
     reason: str = ""
@@ -23,7 +24,10 @@ class Session:
         self.next_step = -1
 
     def on_message(self, name, envelope):
-        """A message arrived on the data lane. Exactly once: a repeated request is answered with the same bytes."""
+        """A message arrived on the data lane. Exactly once: a repeated request is answered with the same bytes.
+
+        Raises Refused for one that ends the component.
+        """
         if name in ("Welcome", "Refusal"):
             if self.state != "connected":
                 return Action("ignore", reason="the handshake is over")
@@ -36,18 +40,17 @@ class Session:
 
     def on_event(self, event):
         row = transition(self.role, self.state, event=event)
-        if row is None:
-            return Action("ignore", reason="nothing is left to do")
         if event == "work done" and self.state == "stepping":
             self.next_step += 1
-        return self._take(row)
+        if row is not None:
+            self._take(row)
 
     def has_ended(self):
         return self.state in ("done", "failed", "orphaned")
 
     def _on_request(self, name, envelope):
         if envelope.sequence == 0:
-            return self._refuse(f"{name} came without a number (its sequence is 0). Number the requests from 1.")
+            raise Refused(f"{name} came without a number (its sequence is 0). Number the requests from 1.")
         if envelope.sequence == self.last_sequence:
             return Action("repeat")
         if envelope.sequence < self.last_sequence:
@@ -55,17 +58,17 @@ class Session:
         row = transition(self.role, self.state, message=name)
         if row is None:
             legal = ", ".join(legal_messages(self.role, self.state)) or "no message"
-            return self._refuse(
+            raise Refused(
                 f"{name} is not allowed now (a {self.role} component in state '{self.state}' allows {legal}). "
                 "Send the messages in the order of docs/protocol.md."
             )
         if envelope.sequence != self.last_sequence + 1:
-            return self._refuse(
+            raise Refused(
                 f"request {envelope.sequence} came after request {self.last_sequence} "
                 "(one in between was lost). Send every request until it is answered."
             )
         if row.get("to") == "stepping" and envelope.step != self.next_step:
-            return self._refuse(
+            raise Refused(
                 f"{name} of step {envelope.step} came where step {self.next_step} was due "
                 "(a step was left out or done twice). Advance step by step."
             )
@@ -77,7 +80,3 @@ class Session:
     def _take(self, row):
         self.state = row.get("to", self.state)
         return Action("work")
-
-    def _refuse(self, reason):
-        self.state = "failed"
-        return Action("refuse", reason=reason)

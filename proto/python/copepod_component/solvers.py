@@ -51,6 +51,9 @@ class Kinematics:
     angular_velocity_rad_per_s: np.ndarray  # (bodies, 3)
 
 
+WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angular_velocity_rad_per_s": 3}
+
+
 @dataclasses.dataclass
 class AppliedLoads:
     step: int
@@ -166,7 +169,7 @@ class ServedFluid(_Served):
 
     def _step(self, name, body, request, reply):
         if name == "Kinematics":
-            arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in _WIDTHS.items())
+            arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in WIDTHS.items())
             kinematics = Kinematics(request.step, *arrays)
             force, torque = self._timed("exchange", self.solver.exchange, kinematics)
             _write(reply.loads.force_N, force, (self._loads, 3), "force_N")
@@ -195,11 +198,8 @@ class ServedBody(_Served):
             write_kinematics(self._timed("step", self.solver.step, applied), self._bodies, reply)
 
 
-_WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angular_velocity_rad_per_s": 3}
-
-
 def write_kinematics(kinematics, bodies, reply):
     reply.step = kinematics.step
     reply.kinematics.SetInParent()
-    for name, width in _WIDTHS.items():
+    for name, width in WIDTHS.items():
         _write(getattr(reply.kinematics, name), getattr(kinematics, name), (bodies, width), name)

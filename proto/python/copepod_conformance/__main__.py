@@ -16,11 +16,11 @@ _JOBS_PER_CORE = 2  # components mostly wait
 _NOT_CONFORMANT, _BAD_COMMAND, _STORAGE_FAILED, _INTERRUPTED, _TERMINATED = 1, 2, 73, 130, 143
 
 
-def main(arguments=None):
+def main():
     """Prints the table, writes JUnit XML to --junit; exit code 0 only if no check failed."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
     try:
-        options = _options(sys.argv[1:] if arguments is None else arguments)
+        options = _options(sys.argv[1:])
         with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
             return _check(options, folder)
     except KeyboardInterrupt:
@@ -45,18 +45,10 @@ def make_parser():
     parser.add_argument("--only", action="append", metavar="GROUP", help="only this group of checks; may be repeated")
     parser.add_argument("--junit", metavar="FILE", help="write the results as JUnit XML")
     parser.add_argument("--verbose", action="store_true", help="list every check, not only those that failed")
+    count, seconds = number_type(int, 1, "positive number"), number_type(float, sys.float_info.min, "positive number")
+    parser.add_argument("--jobs", type=count, metavar="N", help="components at a time (default: 2 per core)")
     parser.add_argument(
-        "--jobs",
-        type=number_type(int, 1, "positive number"),
-        metavar="N",
-        help="components at a time (default: 2 per core)",
-    )
-    parser.add_argument(
-        "--patience",
-        type=number_type(float, sys.float_info.min, "positive number"),
-        default=20.0,
-        metavar="SECONDS",
-        help="longest wait for an answer (default: 20)",
+        "--patience", type=seconds, default=20.0, metavar="SECONDS", help="longest wait for an answer (default: 20)"
     )
     return parser
 
@@ -99,7 +91,8 @@ def _check(options, folder):
     from copepod_conformance.subject import Subject
     from copepod_conformance.suite import GROUPS, SUITE, Suite, all_checks
 
-    if unknown := set(options.only or ()) - set(GROUPS):
+    groups = set(options.only or GROUPS)
+    if unknown := groups - set(GROUPS):
         end(f"Unknown group of checks: {', '.join(unknown)}. Choose from: {', '.join(GROUPS)}.")
     environment = {**os.environ, SUITE: uuid.uuid4().hex}
     with zmq.Context() as context:
@@ -110,9 +103,7 @@ def _check(options, folder):
         except CaseError as error:
             end(error)
         checks = [
-            check
-            for check in all_checks(subject)
-            if (not options.only or check.group in options.only) and not (options.quick and check.thorough)
+            each for each in all_checks(subject) if each.group in groups and not (options.quick and each.thorough)
         ]
         start = time.monotonic()
         jobs = options.jobs or _JOBS_PER_CORE * len(os.sched_getaffinity(0))

@@ -26,17 +26,15 @@ SPEED_M_PER_S = 1e-3 * CELL_M / STEP_S  # a thousandth of a cell per step
 SPIN_RAD_PER_S = SPEED_M_PER_S / RADIUS_M
 DRAG_N = 6 * math.pi * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * RADIUS_M * SPEED_M_PER_S  # Stokes: a scale
 DRAG_N_M = 8 * math.pi * DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S * RADIUS_M**3 * SPIN_RAD_PER_S
-REST = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 MASS_KG = 2.3e-13
 INERTIA_KG_M2 = 0.4 * MASS_KG * RADIUS_M**2  # of a sphere of uniform density
 FORCE_N = MASS_KG * 0.1 * SPEED_M_PER_S / STEP_S  # a tenth of the speed in every step
 TORQUE_N_M = INERTIA_KG_M2 * 0.1 * SPIN_RAD_PER_S / STEP_S
 ZERO = (0.0, 0.0, 0.0)
-_INTEGRATORS = {
-    "runge_kutta_4": setup.INTEGRATOR_RUNGE_KUTTA_4,
-    "semi_implicit_euler": setup.INTEGRATOR_SEMI_IMPLICIT_EULER,
-}
-_PATTERN = ((0.5, -1.0, 0.25), (-0.25, 0.5, 1.0))  # motion in units of SPEED and SPIN, loads in units of FORCE
+AT_CENTRES = {"anchor_A_m": ZERO, "anchor_B_m": ZERO}
+_INTEGRATORS = ("runge_kutta_4", "semi_implicit_euler")
+DIRECTION = np.array([0.5, -1.0, 0.25])
+_PATTERN = np.array([DIRECTION, (-0.25, 0.5, 1.0)])  # motion in units of SPEED and SPIN, loads in units of FORCE
 
 
 class FluidCase:
@@ -65,33 +63,27 @@ class FluidCase:
 
     def step_request(self, step):
         """Both bodies move and turn steadily."""
-        velocity = [[SPEED_M_PER_S * u for u in body] for body in _PATTERN]
-        spin = [[SPIN_RAD_PER_S * u for u in body] for body in _PATTERN]
-        return self.motion_request(step, velocity, spin)
+        return self.motion_request(step, SPEED_M_PER_S * _PATTERN, SPIN_RAD_PER_S * _PATTERN)
 
     @staticmethod
-    def motion_request(step, velocity_m_per_s, spin_rad_per_s):
+    def motion_request(step, velocity_m_per_s, spin_rad_per_s, start_m=POSITIONS_M):
         """Kinematics of bodies that have kept these velocities since step 0; the spheres' orientation stays."""
-        request = Envelope(step=step)
-        message = part(request, "Kinematics")
-        for start, velocity, spin in zip(POSITIONS_M, velocity_m_per_s, spin_rad_per_s):
-            message.position_m.extend(x + step * STEP_S * u for x, u in zip(start, velocity))
-            message.orientation_wxyz.extend([1.0, 0.0, 0.0, 0.0])
-            message.velocity_m_per_s.extend(velocity)
-            message.angular_velocity_rad_per_s.extend(spin)
-        return request
-
-    def learn(self, configured):
-        """Nothing in the answer to the setup matters to a fluid's requests."""
+        motion = {
+            "position_m": np.ravel(start_m + step * STEP_S * velocity_m_per_s),
+            "orientation_wxyz": (1.0, 0.0, 0.0, 0.0) * len(start_m),
+            "velocity_m_per_s": np.ravel(velocity_m_per_s),
+            "angular_velocity_rad_per_s": np.ravel(spin_rad_per_s),
+        }
+        return Envelope(step=step, kinematics=motion)
 
 
 class BodyCase:
     def __init__(self, features, solver=None):
         self.solver = solver or ""
-        named = [number for name, number in _INTEGRATORS.items() if f"integrator:{name}" in features]
-        self._integrator = (named or list(_INTEGRATORS.values()))[0]
+        named = next((name for name in _INTEGRATORS if f"integrator:{name}" in features), _INTEGRATORS[0])
+        self._integrator = setup.Integrator.Value(f"INTEGRATOR_{named.upper()}")
         self._is_driven = "actuator:pair_force" in features
-        self.driving_nodes = [0.0]
+        self.driving_nodes = [0.0]  # at which it requests values of actuators [steps]; its Configured replaces them
 
     def setup_request(self):
         request = Envelope(step=0)
@@ -113,33 +105,23 @@ class BodyCase:
 
     def step_request(self, step):
         """Hydrodynamic loads on both bodies, and the drive; they grow, so that no two steps are alike."""
-        growth = 1 + step / 8
-        force = [[growth * FORCE_N * u for u in body] for body in _PATTERN]
-        return self.loads_request(step, force, [ZERO, ZERO], [growth * FORCE_N] if self._is_driven else ())
+        force_N = (1 + step / 8) * FORCE_N
+        return self.loads_request(step, force_N * _PATTERN, [ZERO, ZERO], [force_N] if self._is_driven else ())
 
     def loads_request(self, step, force_N, torque_N_m, values=()):
         """Loads on the bodies, and the values of the actuators: constant, or a function of time in steps."""
-        request = Envelope(step=step)
-        message = part(request, "AppliedLoads")
-        message.force_N.extend(u for body in force_N for u in body)
-        message.torque_N_m.extend(u for body in torque_N_m for u in body)
-        for node in self.driving_nodes:
-            message.actuation.extend(values(step + node) if callable(values) else values)
-        return request
-
-    def learn(self, configured):
-        """The body requests the values of actuators at these instants of a step."""
-        self.driving_nodes = list(configured.configured.driving_nodes)
+        actuation = [values(step + node) if callable(values) else values for node in self.driving_nodes]
+        loads = {"force_N": np.ravel(force_N), "torque_N_m": np.ravel(torque_N_m), "actuation": np.ravel(actuation)}
+        return Envelope(step=step, applied_loads=loads)
 
 
 OTHER_SHAPES = ("capsule", "ellipsoid", "cylinder", "box", "mesh", "compound")
-_EXTENTS_IN_CELLS = {"ellipsoid": (2.0, 3.0, 4.0), "box": (4.0, 5.0, 6.0)}
-_LENGTHS_IN_CELLS = {
+_LENGTHS_IN_CELLS: dict[str, dict] = {
     "sphere": {"radius_m": 2.5},
     "capsule": {"radius_m": 2.0, "length_m": 3.0},
-    "ellipsoid": {"radius_m": 24 ** (1 / 3)},
+    "ellipsoid": {"radius_m": 24 ** (1 / 3), "extents_m": (2.0, 3.0, 4.0)},
     "cylinder": {"radius_m": 2.5, "length_m": 5.0},
-    "box": {"radius_m": (90 / math.pi) ** (1 / 3)},
+    "box": {"radius_m": (90 / math.pi) ** (1 / 3), "extents_m": (4.0, 5.0, 6.0)},
     "mesh": {"radius_m": 4 / math.pi ** (1 / 3)},  # an octahedron
     "compound": {"radius_m": 2.5 * 2 ** (1 / 3)},  # two spheres
 }
@@ -147,10 +129,8 @@ _LENGTHS_IN_CELLS = {
 
 def give_shape(content, shape, name):
     """Makes `shape`, part of a setup, one of this kind around its centre of mass, some six cells long."""
-    shape.kind = getattr(setup, f"SHAPE_KIND_{name.upper()}")
-    for key, cells in _LENGTHS_IN_CELLS[name].items():
-        setattr(shape, key, CELL_M * cells)
-    shape.extents_m.extend(CELL_M * length for length in _EXTENTS_IN_CELLS.get(name, ()))
+    lengths = {key: np.multiply(CELL_M, cells) for key, cells in _LENGTHS_IN_CELLS[name].items()}
+    shape.MergeFrom(setup.Shape(kind=f"SHAPE_KIND_{name.upper()}", **lengths))
     if name == "mesh":
         corners = np.concatenate([np.eye(3), -np.eye(3)]) * 4 * CELL_M
         upper = [(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2)]
@@ -166,15 +146,13 @@ def give_shape(content, shape, name):
 def add_actuator(content, name, direction=(0.0, 0.0, 1.0), **fields):
     """Adds an actuator to a BodySetup, with its anchors in the centres."""
     kind = getattr(setup, f"ACTUATOR_KIND_{name.upper()}")
-    content.actuators.add(kind=kind, direction=direction, anchor_A_m=ZERO, anchor_B_m=ZERO, **fields)
+    content.actuators.add(kind=kind, direction=direction, **AT_CENTRES, **fields)
 
 
 def rows(message, field, width=3, bodies=len(POSITIONS_M)):
     """A field of the reply, shape (bodies, width); raises Violation if it is not of that size."""
     numbers = np.array(getattr(message, field))
     if numbers.size != width * bodies:
-        raise Violation(
-            f"{numbers.size} numbers in {message.DESCRIPTOR.name}.{field} "
-            f"instead of {width} for each of {bodies} bodies"
-        )
+        where = f"{message.DESCRIPTOR.name}.{field}"
+        raise Violation(f"{numbers.size} numbers in {where} instead of {width} for each of {bodies} bodies")
     return numbers.reshape(bodies, width)

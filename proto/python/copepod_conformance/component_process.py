@@ -29,6 +29,17 @@ class Component:
     patience_s: float
     shows_output: bool = False  # on the terminal; otherwise it is kept for reports
 
+    def run_to_end(self, *options, standard_input=b""):
+        """Exit code (None if it did not end by itself), standard output and last words of a process of its own."""
+        with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
+            given = Path(folder, "stdin")
+            given.write_bytes(standard_input)
+            process = ComponentProcess([*self.command, *options], self.environment, folder, given=given)
+            try:
+                return process.exit_code(self.patience_s), process.output(), process.last_words()
+            finally:
+                process.end()
+
 
 class ComponentProcess:
     def __init__(self, command, environment, folder, shows_output=False, given=os.devnull):
@@ -39,15 +50,13 @@ class ComponentProcess:
         self._mark = f"{_TRIAL}={uuid.uuid4().hex}"
         name, value = self._mark.split("=")
         self._output, self._errors = Path(folder, "stdout"), Path(folder, "stderr")
-        with open(self._output, "wb") as output, open(self._errors, "wb") as errors, open(
-            given, "rb"
-        ) as standard_input:
+        with open(self._output, "wb") as output, open(self._errors, "wb") as errors, open(given, "rb") as source:
             self._popen = subprocess.Popen(
                 command,
                 # Components that are started by mpirun at the same time would share a folder otherwise, which the one
                 # that ends removes while another starts.
                 env={**environment, "OMPI_MCA_orte_tmpdir_base": os.path.abspath(folder), name: value},
-                stdin=standard_input,
+                stdin=source,
                 stdout=None if shows_output else output,
                 stderr=None if shows_output else errors,
                 start_new_session=True,
@@ -81,9 +90,7 @@ class ComponentProcess:
 
         If that is a line of dashes, by which mpirun frames its messages, what is inside the frame.
         """
-        texts = (
-            Path(path).read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists()
-        )
+        texts = (path.read_text(errors="replace") for path in (*logs, self._errors, self._output) if path.exists())
         lines = next((text.strip().split("\n") for text in texts if text.strip()), [""])
         if error := next((line for line in reversed(lines) if line.startswith("error: ")), ""):
             return error
@@ -103,27 +110,10 @@ class ComponentProcess:
         self._popen.wait()
 
 
-def run_to_end(command, environment, within_s, standard_input=b""):
-    """Exit code (None if it did not end by itself), standard output and last words of a command."""
-    with tempfile.TemporaryDirectory(prefix="copepod-conformance-") as folder:
-        given = Path(folder, "stdin")
-        given.write_bytes(standard_input)
-        process = ComponentProcess(command, environment, folder, given=given)
-        try:
-            return process.exit_code(within_s), process.output(), process.last_words()
-        finally:
-            process.end()
-
-
 def marked_processes(mark):
     """Process ids whose environment holds `mark` («NAME=value»), without this process and zombies."""
-    found = []
-    for entry in os.listdir("/proc"):
-        if entry.isdigit() and int(entry) != os.getpid():
-            with suppress(OSError):  # it has ended meanwhile, or belongs to another user
-                if mark.encode() in Path("/proc", entry, "environ").read_bytes().split(b"\0"):
-                    found.append(int(entry))
-    return found
+    others = (int(entry) for entry in os.listdir("/proc") if entry.isdigit() and int(entry) != os.getpid())
+    return [pid for pid in others if mark.encode() in _about(pid, "environ").split(b"\0")]
 
 
 def end_marked(mark):
@@ -133,16 +123,18 @@ def end_marked(mark):
             os.kill(pid, signal.SIGKILL)
 
 
-def _command_line(pid):
+def _about(pid, file):
+    """A file of /proc about a process; empty if the process has ended meanwhile, or belongs to another user."""
     try:
-        return Path("/proc", str(pid), "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace").strip()
+        return Path("/proc", str(pid), file).read_bytes()
     except OSError:
-        return f"process {pid}"
+        return b""
+
+
+def _command_line(pid):
+    return _about(pid, "cmdline").replace(b"\0", b" ").decode(errors="replace").strip() or f"process {pid}"
 
 
 def _cpu_seconds(pid):
-    try:
-        fields = Path("/proc", str(pid), "stat").read_text().rpartition(")")[2].split()
-    except OSError:
-        return 0.0
-    return (int(fields[11]) + int(fields[12])) / _CLOCK_TICKS
+    fields = _about(pid, "stat").rpartition(b")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / _CLOCK_TICKS if fields else 0.0

@@ -16,7 +16,7 @@ from copepod_component.errors import Refused
 from copepod_component.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, Damaged, Envelope
 from copepod_component.messages import from_frame, handshake, message_name, to_frame, with_checksum
 from copepod_conformance.component_process import ComponentProcess
-from copepod_conformance.protocol import content, part
+from copepod_conformance.protocol import content
 from copepod_conformance.verdicts import Silence, Violation
 
 DATA, CONTROL = "data", "control"
@@ -58,7 +58,7 @@ class Lanes:
 
     def receive(self, seconds):
         """The next message, or None. A peer is known by the lane that its Hello names."""
-        if not self._socket.poll(int(1000 * seconds)):
+        if self._socket.closed or not self._socket.poll(int(1000 * seconds)):
             return None
         peer, data = self._socket.recv_multipart()[:2]
         try:
@@ -78,20 +78,17 @@ class Lanes:
     @property
     def connected(self):
         """Whether a connection is open. Once it is closed, all that came through it can be received."""
-        while self._monitor.poll(0):
+        while not self._socket.closed and self._monitor.poll(0):
             event = recv_monitor_message(self._monitor)["event"]
             self._connections += 1 if event == zmq.EVENT_ACCEPTED else -1
         return self._connections > 0
-
-    @property
-    def closed(self):
-        return self._socket.closed
 
     def close(self):
         if not self._socket.closed:
             self._socket.disable_monitor()
             self._monitor.close(linger=0)
-        self._socket.close()
+            self._socket.close()
+            self._connections = 0
 
 
 class Conversation:
@@ -145,25 +142,23 @@ class Conversation:
 
     def welcome(self, remark="", minor=PROTOCOL_MINOR, **changes):
         """Welcomes both lanes; `changes` are fields of the Envelope. The `remark` follows it in reports."""
+        welcome = {"minor": minor, "session_id": self.session_id, "epoch": self.epoch}
+        header = {"session_id": 0, "epoch": 0, "sequence": 0, **changes}
         for lane in (CONTROL, DATA):
-            message = self.with_header(Envelope(step=-1), **{"session_id": 0, "epoch": 0, "sequence": 0, **changes})
-            message.welcome.minor, message.welcome.session_id = minor, self.session_id
-            message.welcome.epoch = self.epoch
-            self._lanes.send(lane, to_frame(message))
+            self._lanes.send(lane, to_frame(self.with_header(Envelope(step=-1, welcome=welcome), **header)))
         self.sent.append(f"Welcome on both lanes{remark}")
         self._last_ping = 0.0
 
     def ping(self, **changes):
         """Sends one Ping and returns its stamp, which is not 0."""
-        message = self._control_message("Ping", **changes)
-        message.ping.stamp_ns = 1 + secrets.randbits(62)
+        ping = {"stamp_ns": 1 + secrets.randbits(62)}
+        message = self.with_header(Envelope(step=-1, ping=ping), sequence=0, **changes)
         self.send_bytes(message.SerializeToString(), "Ping", CONTROL)
-        return message.ping.stamp_ns
+        return ping["stamp_ns"]
 
     def abort(self, code):
-        message = self._control_message("Abort")
-        message.abort.failure.code, message.abort.failure.component = code, "coupler"
-        message.abort.failure.reason = "The run is over (ended by a check). Ignore this."
+        failure = {"code": code, "component": "coupler", "reason": "The run is over (ended by a check). Ignore this."}
+        message = self.with_header(Envelope(step=-1, abort={"failure": failure}), sequence=0)
         self.send_bytes(message.SerializeToString(), f"Abort (code {code})", CONTROL)
 
     def stop_pings(self):
@@ -208,8 +203,7 @@ class Conversation:
         patience_s = within_s or self.subject.patience_s
         deadline = time.monotonic() + patience_s
         while (code := self.process.exit_code(_SLICE_S)) is None:
-            if not self._lanes.closed:
-                self._collect(0)
+            self._collect(0)
             if time.monotonic() > deadline:
                 raise Silence(f"no end of the process within {patience_s:g} s")
         self._collect_rest()
@@ -228,11 +222,6 @@ class Conversation:
 
     # -- inside
 
-    def _control_message(self, name, **changes):
-        message = Envelope(step=-1)
-        part(message, name)
-        return self.with_header(message, **{"sequence": 0, **changes})
-
     def _collect_until(self, done, what):
         deadline = time.monotonic() + self.subject.patience_s
         while not done():
@@ -250,9 +239,9 @@ class Conversation:
     def _collect_rest(self):
         """What a process that has ended sent before: on a busy machine its last messages may take their time."""
         deadline = time.monotonic() + self.subject.patience_s
-        while not self._lanes.closed and self._lanes.connected and time.monotonic() < deadline:
+        while self._lanes.connected and time.monotonic() < deadline:
             self._collect(_SLICE_S)
-        while not self._lanes.closed and self._collect(0):
+        while self._collect(0):
             pass
 
     def _collect(self, seconds):
@@ -260,7 +249,7 @@ class Conversation:
         now = time.monotonic()
         if self._last_ping is not None and now - self._last_ping > _PING_EVERY_S:
             self._last_ping = now
-            self._lanes.send(CONTROL, to_frame(self._control_message("Ping")))
+            self._lanes.send(CONTROL, to_frame(self.with_header(Envelope(step=-1, ping={}), sequence=0)))
         received = self._lanes.receive(seconds)
         if received is None:
             return False

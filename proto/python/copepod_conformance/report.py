@@ -63,13 +63,8 @@ def junit(subject, results, seconds):
         time=f"{seconds:.3f}",
     )
     for result in results:
-        case = ElementTree.SubElement(
-            suite,
-            "testcase",
-            classname=f"conformance.{result.check.group}",
-            name=result.check.name,
-            time=f"{result.seconds:.3f}",
-        )
+        about = {"classname": f"conformance.{result.check.group}", "name": result.check.name}
+        case = ElementTree.SubElement(suite, "testcase", about, time=f"{result.seconds:.3f}")
         if result.outcome == "failed":
             failure = ElementTree.SubElement(case, "failure", message=_printable(result.came))
             failure.text = _printable("\n".join(failure_lines(result)))

@@ -1,5 +1,6 @@
 """The component under test: what it announces, the case that it is tested with, and what an undisturbed run replies."""
 
+import functools
 import json
 import tempfile
 import threading
@@ -7,7 +8,7 @@ from pathlib import Path
 
 from copepod_component.errors import CaseError
 from copepod_conformance.cases import BodyCase, FluidCase
-from copepod_conformance.component_process import Component, run_to_end
+from copepod_conformance.component_process import Component
 from copepod_conformance.trial import Trial
 from copepod_conformance.verdicts import NotApplicable, Violation
 
@@ -34,9 +35,8 @@ class Subject(Component):
         return feature in self.features
 
     def _ask(self):
-        asked = [*self.command, "--capabilities"]
         try:
-            code, answer, words = run_to_end(asked, self.environment, self.patience_s)
+            code, answer, words = self.run_to_end("--capabilities")
             if code != 0:
                 how = "it did not end" if code is None else f"its exit code is {code}"
                 raise ValueError(f"{how}; its last words: {words[:300]}" if words else how)
@@ -45,7 +45,7 @@ class Subject(Component):
                 raise ValueError("the JSON is not an object")
         except (OSError, ValueError) as error:
             raise CaseError(
-                f"{' '.join(asked)} does not print what the component can do as JSON ({error}). "
+                f"{' '.join(self.command)} --capabilities does not print what the component can do as JSON ({error}). "
                 "See docs/adding_a_component.md."
             ) from error
         if capabilities.get("role") in _CASES and capabilities["role"] != self.role:
@@ -55,17 +55,15 @@ class Subject(Component):
         return capabilities
 
 
-class _Once:
-    """A value that is made when it is first asked for, also when several ask at once."""
+def _once(make):
+    """A function that returns what `make` returned when it was first called, also when several threads call at once."""
+    lock, kept = threading.Lock(), functools.cache(make)
 
-    def __init__(self, make):
-        self._make, self._lock, self._values = make, threading.Lock(), []
+    def get():
+        with lock:
+            return kept()
 
-    def __call__(self):
-        with self._lock:
-            if not self._values:
-                self._values.append(self._make())
-            return self._values[0]
+    return get
 
 
 class Reference:
@@ -77,8 +75,8 @@ class Reference:
     def __init__(self, subject):
         self._subject = subject
         self._folder = Path(tempfile.mkdtemp(dir=subject.folder))
-        self._run = _Once(self._undisturbed)
-        self.checkpoint = _Once(self._save)
+        self._run = _once(self._undisturbed)
+        self.checkpoint = _once(self._save)
 
     def replies(self):
         return self._run()[0]

@@ -110,8 +110,8 @@ class Trial(Conversation):
             due = request.step + 1 if name == "AppliedLoads" else request.step
             if header.step != due:
                 raise Violation(f"{reply.name} of step {header.step} instead of step {due}")
-        if reply.name == "Configured":
-            self.case.learn(header)
+        if reply.name == "Configured" and self.role == "body":
+            self.case.driving_nodes = header.configured.driving_nodes
         return reply
 
     def expect_failure(self, code=_REFUSED, words=(), is_sent=True):
@@ -134,9 +134,8 @@ class Trial(Conversation):
         """The process ends with one of these codes."""
         code = self.await_end(within_s)
         if code not in codes:
-            raise Violation(
-                self.describe_end(code, codes[0] if len(codes) == 1 else f"one from {codes[0]} to {codes[-1]}")
-            )
+            wanted = codes[0] if len(codes) == 1 else f"one from {codes[0]} to {codes[-1]}"
+            raise Violation(self.describe_end(code, wanted))
 
     def answer_to_ping(self):
         """The Pong to a ping of one's own, and how long it took at most."""

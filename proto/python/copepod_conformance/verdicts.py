@@ -1,6 +1,7 @@
 """What a check is, and how it can end."""
 
 import dataclasses
+import functools
 from typing import Callable
 
 
@@ -22,6 +23,9 @@ class Rule:
 
     section: str
     text: str
+
+
+implied = functools.partial(Rule, "What a role implies")  # rules of physics
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,11 +16,10 @@ _PATIENCE_S = 600.0  # for a reply
 _SOLVER_FAILED, _STORAGE_FAILED, _TERMINATED = 70, 73, 143
 
 
-def main(arguments=None):
+def main():
     """Exit code 0 if a replay shows no difference, and for the other commands if there is a recording."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(_TERMINATED))
-    arguments = sys.argv[1:] if arguments is None else arguments
-    options = _options(arguments)
+    options = _options(sys.argv[1:])
     from copepod_component.errors import ComponentError  # late: --help is answered before the messages are generated
 
     try:
@@ -68,15 +67,11 @@ def make_parser():
 
 def _options(arguments):
     parser = make_parser()
-    if "--" in arguments:
-        place = arguments.index("--")
-        options = parser.parse_args(arguments[:place])
-        options.command = arguments[place + 1 :]
-    else:
-        options, options.others = parser.parse_known_args(arguments)
-        if options.others and options.action is not _component:
-            parser.error(f"unrecognized arguments: {' '.join(options.others)}")
-        options.command = []
+    place = arguments.index("--") if "--" in arguments else len(arguments)
+    options, options.others = parser.parse_known_args(arguments[:place])
+    options.command = arguments[place + 1 :]
+    if options.others and (options.command or options.action is not _component):
+        parser.error(f"unrecognized arguments: {' '.join(options.others)}")
     return options
 
 

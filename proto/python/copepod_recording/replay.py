@@ -7,19 +7,17 @@ import struct
 from pathlib import Path
 
 from copepod_component.errors import CaseError, SolverError
-from copepod_component.messages import Envelope, message_name
+from copepod_component.messages import Envelope, handshake, message_name, recording as schema
 from copepod_component.run import Capabilities, serve_component
 from copepod_component.solvers import SolverContext
 from copepod_conformance.conversation import DATA, Conversation
-from copepod_conformance.protocol import ROLE_NUMBER
+from copepod_conformance.protocol import HANDSHAKE, ROLE_NUMBER, content, part
 from copepod_conformance.verdicts import Violation
 
-_TO_COMPONENT, _CONTROL_LANE = 1, 2
-_HANDSHAKE = ("Hello", "Welcome", "Refusal", None)
 _END_S = 30.0  # after Finished
-# What differs between two runs that are the same: which run it was, and how long it took.
-_PER_RUN = {"session_id", "epoch", "attempt", "protocol_minor"}
-# … and where it wrote.
+# What differs between two runs that are the same: which run it was, how its requests are numbered …
+_PER_RUN = {"session_id", "epoch", "sequence", "attempt", "protocol_minor"}
+# … how long it took, and where it wrote.
 _PER_MESSAGE = {
     "Summary": {"seconds", "ranks"},
     "FluidSetup": {"trace_directory"},
@@ -57,7 +55,7 @@ def script_of(recording, role):
     script = Script()
     by_sequence = {}
     for recorded, envelope in recording.messages():
-        if recorded.role != ROLE_NUMBER[role] or recorded.lane == _CONTROL_LANE:
+        if recorded.role != ROLE_NUMBER[role] or recorded.lane == handshake.LANE_CONTROL:
             continue
         if envelope is None:
             recording.ending = f"damaged after {len(script.exchanges)} exchanges"
@@ -65,9 +63,9 @@ def script_of(recording, role):
         name = message_name(envelope)
         if name == "Hello":
             script.hello = script.hello or envelope.hello
-        elif name in _HANDSHAKE or envelope.sequence == 0:
+        elif name is None or name in HANDSHAKE or envelope.sequence == 0:
             continue
-        elif recorded.direction == _TO_COMPONENT:
+        elif recorded.direction == schema.DIRECTION_TO_COMPONENT:
             if envelope.sequence not in by_sequence:
                 by_sequence[envelope.sequence] = Exchange(name, envelope)
                 script.exchanges.append(by_sequence[envelope.sequence])
@@ -96,10 +94,9 @@ def replay(component, role, script, tolerance, on_difference):
                 compared += 1
                 for text in differences(exchange.reply, reply, tolerance):
                     on_difference(exchange, text)
-            if not script.exchanges or script.exchanges[-1].name != "Finish":
-                finish = Envelope(step=script.exchanges[-1].request.step if script.exchanges else -1)
-                finish.finish.SetInParent()
-                _ask(conversation, Exchange("Finish", finish), role)
+            last = script.exchanges[-1]
+            if last.name != "Finish":
+                _ask(conversation, Exchange("Finish", Envelope(step=last.request.step, finish={})), role)
             if (code := conversation.await_end(_END_S)) != 0:
                 raise Violation(conversation.describe_end(code, "0"))
             return compared
@@ -124,7 +121,6 @@ def _ask(conversation, exchange, role):
         if reply.WhichOneof("body") == "failure":
             raise SolverError(f"The {role} component failed at step {reply.failure.step}: {reply.failure.reason}")
         if reply.sequence == request.sequence:
-            reply.sequence = exchange.request.sequence
             return reply
 
 
@@ -163,17 +159,13 @@ class RecordedComponent:
                 f"{name} of step {request.step} is not in the recording (it ends before; all requests so far were as "
                 "recorded). Run fewer steps, or replay an attempt that finished."
             )
-        recorded = Envelope()
-        recorded.CopyFrom(exchange.request)
-        recorded.sequence = request.sequence
-        for text in differences(recorded, request, self._tolerance):
+        for text in differences(exchange.request, request, self._tolerance):
             raise SolverError(
                 f"{name} of step {request.step} is not what was recorded ({text}). "
                 "Compare coupler and case with those of the recording."
             )
-        session = (reply.session_id, reply.epoch, reply.sequence)
-        reply.CopyFrom(exchange.reply)
-        reply.session_id, reply.epoch, reply.sequence = session
+        reply.step = exchange.reply.step
+        part(reply, message_name(exchange.reply)).CopyFrom(content(exchange.reply))
 
     def follow_up(self, name):
         """Nothing is left to compute."""
@@ -195,54 +187,48 @@ def serve_recording(role, recording, tolerance):
     return serve_component(RecordedComponent(role, script, tolerance), capabilities, SolverContext())
 
 
-def differences(expected, found, tolerance=0.0):
+def differences(expected, found, tolerance=0.0, path="", ignored=_PER_RUN):
     """Yields "loads.force_N[4] (body 1, y): 1.0 instead of 2.0" for every value that differs.
 
     `tolerance`: numbers may differ by so much, relative to the larger one; 0 means that every bit counts.
+    `path`: of the messages, with a dot behind it, where they are parts of others; `ignored`: fields.
     """
-    yield from _message(expected, found, tolerance, "", _PER_RUN)
-
-
-def _message(expected, found, tolerance, path, ignored):
     for field in expected.DESCRIPTOR.fields:
         if field.name in ignored:
             continue
-        name = f"{path}.{field.name}" if path else field.name
+        name = path + field.name
         a, b = getattr(expected, field.name), getattr(found, field.name)
+        pairs = [(name, a, b)]
         if field.label == field.LABEL_REPEATED:
             if len(a) != len(b):
                 yield f"{name}: {len(b)} values instead of {len(a)}"
                 continue
-            for index, (x, y) in enumerate(zip(a, b)):
-                yield from _value(field, x, y, tolerance, f"{name}[{index}]", _meaning(field.name, index))
-        elif field.message_type is None:
-            yield from _value(field, a, b, tolerance, name)
-        elif expected.HasField(field.name) != found.HasField(field.name):
-            yield f"{name}: {'missing' if expected.HasField(field.name) else 'not expected'}"
-        elif expected.HasField(field.name):
-            yield from _value(field, a, b, tolerance, name)
-
-
-def _value(field, a, b, tolerance, name, meaning=""):
-    if field.message_type is not None:
-        yield from _message(a, b, tolerance, name, _PER_MESSAGE.get(field.message_type.name, ()))
-    elif not _same(a, b, tolerance):
-        yield f"{name}{meaning}: {b} instead of {a}"
+            pairs = [(f"{name}[{index}]", x, y) for index, (x, y) in enumerate(zip(a, b))]
+        elif field.message_type is not None:
+            if expected.HasField(field.name) != found.HasField(field.name):
+                yield f"{name}: {'missing' if expected.HasField(field.name) else 'not expected'}"
+            if not (expected.HasField(field.name) and found.HasField(field.name)):
+                continue
+        for index, (place, x, y) in enumerate(pairs):
+            if field.message_type is not None:
+                inside = _PER_MESSAGE.get(field.message_type.name, ())
+                yield from differences(x, y, tolerance, f"{place}.", inside)
+            elif not _same(x, y, tolerance):
+                yield f"{place}{_meaning(field, index)}: {y} instead of {x}"
 
 
 def _meaning(field, index):
     """Which body's which component; arrays hold three numbers per body, quaternions four."""
-    width, axes = (4, "wxyz") if field == "orientation_wxyz" else (3, "xyz")
-    if not field.endswith(("_m", "_m_per_s", "_rad_per_s", "_N", "_N_m", "_wxyz")):
+    is_array = field.label == field.LABEL_REPEATED
+    if not (is_array and field.name.endswith(("_m", "_m_per_s", "_rad_per_s", "_N", "_N_m", "_wxyz"))):
         return ""
+    width, axes = (4, "wxyz") if field.name == "orientation_wxyz" else (3, "xyz")
     return f" (body {index // width}, {axes[index % width]})"
 
 
 def _same(a, b, tolerance):
     if not isinstance(a, float):
         return a == b
-    if struct.pack("<d", a) == struct.pack("<d", b):
+    if tolerance > 0.0 and math.isclose(a, b, rel_tol=tolerance):
         return True
-    if tolerance == 0.0 or not (math.isfinite(a) and math.isfinite(b)):
-        return False
-    return abs(a - b) <= tolerance * max(abs(a), abs(b))
+    return struct.pack("<d", a) == struct.pack("<d", b)

@@ -3,11 +3,11 @@
 The format: https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU ("Trace Event Format").
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import ge
 from statistics import median
 
-from copepod_component.messages import message_name
+from copepod_component.messages import handshake, message_name, recording as schema
 from copepod_recording.reader import ROLES
 
 _ORDER = {"coupler": 0, "body": 1, "fluid": 2}
@@ -78,68 +78,48 @@ def window(timelines, steps):
     if steps is None:
         return timelines
     start, stop = steps
-    return [
-        Timeline(each.process, each.rank, [phase for phase in each.phases if start <= phase.step < stop])
-        for each in timelines
-    ]
+    return [replace(each, phases=[phase for phase in each.phases if start <= phase.step < stop]) for each in timelines]
 
 
 def as_json(timelines, wire=None):
     """{"traceEvents": […]}: one track per process and rank, and one per lane if messages were recorded too."""
-    begins = [phase.begin_ns for timeline in timelines for phase in timeline.phases]
-    ends = [phase.end_ns for timeline in timelines for phase in timeline.phases]
-    start, end = min(begins, default=0), max(ends, default=0)
-    events = []
-    for number, timeline in enumerate(timelines, 1):
-        events += _names(number, timeline.title, 0, timeline.title)
-        events += [
-            _complete(number, 0, phase.name, phase.begin_ns - start, phase.end_ns - start, phase.step)
-            for phase in timeline.phases
-        ]
+    start = min(phase.begin_ns for timeline in timelines for phase in timeline.phases)
+    end = max(phase.end_ns for timeline in timelines for phase in timeline.phases)
+    tracks = [(number, each.title, 0, each.title, each.phases) for number, each in enumerate(timelines, 1)]
     if wire is not None:
-        events += _messages(wire, start, end)
+        for role, phases in _messages(wire, start, end).items():
+            tracks.append((_MESSAGES, "messages", role, f"{ROLES[role]}: request to reply", phases))
+    events = []
+    for process, process_name, thread, thread_name, phases in tracks:
+        events += [
+            {"ph": "M", "name": "process_name", "pid": process, "tid": 0, "args": {"name": process_name}},
+            {"ph": "M", "name": "process_sort_index", "pid": process, "tid": 0, "args": {"sort_index": process}},
+            {"ph": "M", "name": "thread_name", "pid": process, "tid": thread, "args": {"name": thread_name}},
+        ]
+        for phase in phases:
+            times_us = {"ts": (phase.begin_ns - start) * 1e-3, "dur": (phase.end_ns - phase.begin_ns) * 1e-3}
+            about: dict = {"name": phase.name, "cat": "phase", "args": {"step": phase.step}}
+            events.append({"ph": "X", "pid": process, "tid": thread, **about, **times_us})
     return {"traceEvents": events, "displayTimeUnit": "ns"}
 
 
-def _names(process, process_name, thread, thread_name):
-    return [
-        {"ph": "M", "name": "process_name", "pid": process, "tid": 0, "args": {"name": process_name}},
-        {"ph": "M", "name": "process_sort_index", "pid": process, "tid": 0, "args": {"sort_index": process}},
-        {"ph": "M", "name": "thread_name", "pid": process, "tid": thread, "args": {"name": thread_name}},
-    ]
-
-
-def _complete(process, thread, name, begin_ns, end_ns, step):
-    """A phase; times are microseconds."""
-    return {
-        "ph": "X",
-        "pid": process,
-        "tid": thread,
-        "name": name,
-        "cat": "phase",
-        "ts": begin_ns * 1e-3,
-        "dur": (end_ns - begin_ns) * 1e-3,
-        "args": {"step": step},
-    }
-
-
 def _messages(wire, start, end):
-    """From each request until its reply, as the coupler's socket saw both."""
-    events = []
-    for role, name in ROLES.items():
-        events += _names(_MESSAGES, "messages", role, f"{name}: request to reply")
+    """By role: from each request until its reply, as the coupler's socket saw both."""
+    found: dict = {role: [] for role in ROLES}
     requests: dict = {}
     for recorded, envelope in wire.messages():
-        if recorded.lane != 1 or recorded.role not in ROLES or not start <= recorded.time_ns <= end or not envelope:
+        if recorded.lane != handshake.LANE_DATA or recorded.role not in ROLES or envelope is None:
+            continue
+        if not start <= recorded.time_ns <= end:
             continue
         key = (recorded.role, envelope.sequence)
-        if recorded.direction == 1:
-            requests.setdefault(key, (recorded.time_ns, message_name(envelope), envelope.step))
+        if recorded.direction == schema.DIRECTION_TO_COMPONENT:
+            requests.setdefault(key, (recorded.time_ns, envelope))
         elif key in requests:
-            sent, name, step = requests.pop(key)
-            name = f"{name} → {message_name(envelope)}"
-            events.append(_complete(_MESSAGES, recorded.role, name, sent - start, recorded.time_ns - start, step))
-    return events
+            sent, request = requests.pop(key)
+            name = f"{message_name(request)} → {message_name(envelope)}"
+            found[recorded.role].append(Phase(name, request.step, sent, recorded.time_ns))
+    return found
 
 
 def draw(timelines, path):
@@ -151,23 +131,21 @@ def draw(timelines, path):
 
     start = min(phase.begin_ns for each in timelines for phase in each.phases)
     figure, axes = plt.subplots(figsize=(11, 0.7 * len(timelines) + 1.6))
-    seen = []
+    bars: dict = {}  # by name
     for row, timeline in enumerate(reversed(timelines)):
         for phase in timeline.phases:
             colour = _COLOURS.get(phase.name, _OTHER)
             is_outer = phase.name in _OF_PROTOCOL or phase.name.startswith("wait ")  # those of solvers lie inside
             height = 0.8 if is_outer else 0.45
             begin, length = (phase.begin_ns - start) * 1e-3, (phase.end_ns - phase.begin_ns) * 1e-3
-            axes.barh(row, length, left=begin, height=height, color=colour, linewidth=0)
-            if phase.name not in seen:
-                seen.append(phase.name)
+            bar = axes.barh(row, length, left=begin, height=height, color=colour, linewidth=0)
+            bars.setdefault(phase.name, bar)
     axes.set_yticks(range(len(timelines)), [timeline.title for timeline in reversed(timelines)])
     axes.set_xlabel("time [µs]")
     axes.margins(x=0)
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
-    handles = [plt.Rectangle((0, 0), 1, 1, color=_COLOURS.get(name, _OTHER)) for name in seen]
-    figure.legend(handles, seen, loc="upper center", ncols=min(9, len(seen)), frameon=False, fontsize=8)
+    figure.legend(bars.values(), bars, loc="upper center", ncols=min(9, len(bars)), frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, 0, 1, 0.86))
     figure.savefig(path, dpi=130)
     plt.close(figure)
@@ -194,11 +172,7 @@ def _steps(timelines):
 
 def _by_step(timeline, name):
     """First phase of this name in each step."""
-    found: dict = {}
-    for phase in timeline.phases:
-        if phase.name == name and phase.step >= 0:
-            found.setdefault(phase.step, phase)
-    return found
+    return {phase.step: phase for phase in reversed(timeline.phases) if phase.name == name and phase.step >= 0}
 
 
 def overlap(timelines):

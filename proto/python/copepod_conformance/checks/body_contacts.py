@@ -3,14 +3,11 @@
 import numpy as np
 
 from copepod_conformance.cases import MASS_KG, POSITIONS_M, RADIUS_M, SPEED_M_PER_S, STEP_S, ZERO
-from copepod_conformance.checks.body_physics import motions_of
-from copepod_conformance.verdicts import Check, Rule, Violation
+from copepod_conformance.checks.body_physics import motions_of, move
+from copepod_conformance.verdicts import Check, Violation, implied
 
-_REBOUND = Rule(
-    "What a role implies",
-    "a body that hits a wall or another body rebounds with the restitution of the setup, within 2 %",
-)
-_RESTING = Rule("What a role implies", "a body that lies on a wall under its weight stays there")
+_REBOUND = implied("a body that hits a wall or another body rebounds with the restitution of the setup, within 2 %")
+_RESTING = implied("a body that lies on a wall under its weight stays there")
 
 _CONTACT_STEPS = 50  # the shortest contact lasts that long
 _FALL_STEPS = 5
@@ -42,7 +39,7 @@ def _rebounding_from_wall(trial):
         content.bodies[0].position_m[2] = RADIUS_M + _GAP_M
         content.bodies[0].velocity_m_per_s[2] = -SPEED_M_PER_S
 
-    *_, motion = motions_of(trial, _with_contacts(fall), steps=_FALL_STEPS + 3 * _CONTACT_STEPS)
+    motion = move(trial, _with_contacts(fall), steps=_FALL_STEPS + 3 * _CONTACT_STEPS)
     _expect_rebound("from the wall", motion.velocity_m_per_s[0][2])
 
 
@@ -53,7 +50,7 @@ def _rebounding_from_each_other(trial):
         content.bodies[0].position_m[0] = POSITIONS_M[1][0] - 2 * RADIUS_M - _GAP_M
         content.bodies[0].velocity_m_per_s[0] = SPEED_M_PER_S
 
-    *_, motion = motions_of(trial, _with_contacts(collide), steps=_FALL_STEPS + 3 * _CONTACT_STEPS)
+    motion = move(trial, _with_contacts(collide), steps=_FALL_STEPS + 3 * _CONTACT_STEPS)
     _expect_rebound("from each other", motion.velocity_m_per_s[1][0] - motion.velocity_m_per_s[0][0])
 
 

@@ -3,24 +3,15 @@
 import numpy as np
 
 from copepod_component.messages import setup
-from copepod_conformance.cases import (
-    FORCE_N,
-    INERTIA_KG_M2,
-    POSITIONS_M,
-    RADIUS_M,
-    SPEED_M_PER_S,
-    STEP_S,
-    TORQUE_N_M,
-    ZERO,
-    add_actuator,
-)
-from copepod_conformance.checks.body_physics import STEPS, motions_of, move
-from copepod_conformance.verdicts import Check, Rule, Violation
+from copepod_conformance.cases import FORCE_N, INERTIA_KG_M2, POSITIONS_M, RADIUS_M, SPEED_M_PER_S, STEP_S
+from copepod_conformance.cases import TORQUE_N_M, ZERO, add_actuator
+from copepod_conformance.checks.body_physics import STEPS, expect_of, motions_of, move
+from copepod_conformance.verdicts import Check, Violation, implied
 
-_CLOSED = Rule("What a role implies", "joints are closed in every reply, while their bodies move and turn")
-_SPRING = Rule("What a role implies", "a spring in a hinge turns both its bodies alike, towards where it is relaxed")
-_LIMIT = Rule("What a role implies", "a slider that is pressed against its limit stays there")
-_DRIVEN = Rule("What a role implies", "a driven joint has moved by the value of its actuator since step 0")
+_CLOSED = implied("joints are closed in every reply, while their bodies move and turn")
+_SPRING = implied("a spring in a hinge turns both its bodies alike, towards where it is relaxed")
+_LIMIT = implied("a slider that is pressed against its limit stays there")
+_DRIVEN = implied("a driven joint has moved by the value of its actuator since step 0")
 
 _STEPS = 20
 _TURN_PER_STEP_RAD = 0.02
@@ -106,7 +97,7 @@ def _spring_turns(trial):
     motion = move(trial, join)
     gained = TORQUE_N_M / INERTIA_KG_M2 * STEPS * STEP_S * _AXIS
     for body, sign in ((0, 1), (1, -1)):
-        motion.expect("spin_rad_per_s", body, sign * gained, 0.05 * float(gained.max()))
+        expect_of(motion, body, "angular_velocity_rad_per_s", sign * gained, 0.05 * float(gained.max()))
 
 
 def _limit_holds(trial):

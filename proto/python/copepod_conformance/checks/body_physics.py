@@ -3,70 +3,37 @@
 import numpy as np
 
 from copepod_component.messages import setup
-from copepod_conformance.cases import (
-    FORCE_N,
-    INERTIA_KG_M2,
-    MASS_KG,
-    OTHER_SHAPES,
-    POSITIONS_M,
-    SPEED_M_PER_S,
-    SPIN_RAD_PER_S,
-    STEP_S,
-    TORQUE_N_M,
-    ZERO,
-    add_actuator,
-    give_shape,
-    rows,
-)
-from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
+from copepod_component.solvers import WIDTHS, Kinematics
+from copepod_conformance.cases import AT_CENTRES, DIRECTION, FORCE_N, INERTIA_KG_M2, MASS_KG, OTHER_SHAPES, POSITIONS_M
+from copepod_conformance.cases import SPEED_M_PER_S, SPIN_RAD_PER_S, STEP_S, TORQUE_N_M, ZERO
+from copepod_conformance.cases import add_actuator, give_shape, rows
+from copepod_conformance.verdicts import Check, NotApplicable, Violation, implied
 
-_NEWTON = Rule(
-    "What a role implies",
-    "a body under a constant force F accelerates with F/m; without a force it keeps its velocity",
-)
-_EULER = Rule("What a role implies", "a sphere under a constant torque T gains the angular velocity T t / I")
-_TENSOR = Rule("What a role implies", "a body of another shape turns under a torque by its inertia tensor")
-_WEIGHT = Rule("What a role implies", "a body that announces gravity falls with g where there is no fluid")
-_SPRING = Rule("What a role implies", "a stretched spring pulls both its bodies towards each other alike")
-_DRIVE = Rule(
-    "What a role implies",
+_NEWTON = implied("a body under a constant force F accelerates with F/m; without a force it keeps its velocity")
+_EULER = implied("a sphere under a constant torque T gains the angular velocity T t / I")
+_TENSOR = implied("a body of another shape turns under a torque by its inertia tensor")
+_WEIGHT = implied("a body that announces gravity falls with g where there is no fluid")
+_SPRING = implied("a stretched spring pulls both its bodies towards each other alike")
+_DRIVE = implied(
     "an actuator acts along its current direction: that of a pair force turns with the line between the bodies, "
-    "that of a body force or torque with the body, that of a world force or torque never",
+    "that of a body force or torque with the body, that of a world force or torque never"
 )
-_NO_NET_LOAD = Rule("What a role implies", "a pair force has no net force and no net torque in any step")
-_BEND = Rule(
-    "What a role implies",
-    "a bend turns the arms at its body towards the rest angle, without net force and without net torque",
-)
-_FIXED = Rule("What a role implies", "a fixed body stays where it is, whatever the loads")
+_NO_NET_LOAD = implied("a pair force has no net force and no net torque in any step")
+_BEND = implied("a bend turns the arms at its body towards the rest angle, without net force and without net torque")
+_FIXED = implied("a fixed body stays where it is, whatever the loads")
 
 STEPS = 10
 _TITLES = {
     "position_m": "position [m]",
     "velocity_m_per_s": "velocity [m/s]",
-    "spin_rad_per_s": "angular velocity [rad/s]",
+    "angular_velocity_rad_per_s": "angular velocity [rad/s]",
 }
 _TIME_S = STEPS * STEP_S
 _ROUNDING = 1e-6  # of the expected change
-_DIRECTION = np.array([0.5, -1.0, 0.25])
 _START_M_PER_S = np.array([SPEED_M_PER_S, 0.0, 0.0])
-_GRAVITY_M_PER_S2 = _DIRECTION * FORCE_N / MASS_KG
+_GRAVITY_M_PER_S2 = DIRECTION * FORCE_N / MASS_KG
 _EXTENSION_M = 1e-6
 _STIFFNESS_N_PER_M = FORCE_N / _EXTENSION_M
-
-
-class Motion:
-    """State of the bodies; arrays of shape (bodies, 3)."""
-
-    def __init__(self, kinematics, bodies):
-        self.position_m = rows(kinematics, "position_m", bodies=bodies)
-        self.velocity_m_per_s = rows(kinematics, "velocity_m_per_s", bodies=bodies)
-        self.spin_rad_per_s = rows(kinematics, "angular_velocity_rad_per_s", bodies=bodies)
-        self.orientation_wxyz = rows(kinematics, "orientation_wxyz", width=4, bodies=bodies)
-
-    def expect(self, name, body, expected, tolerance):
-        """Raises Violation if an attribute of a body is not the expected one."""
-        expect(f"{_TITLES[name]} of body {body}", getattr(self, name)[body], expected, tolerance)
 
 
 def motions_of(trial, change=None, force=ZERO, torque=ZERO, values=(), steps=STEPS):
@@ -81,13 +48,19 @@ def motions_of(trial, change=None, force=ZERO, torque=ZERO, values=(), steps=STE
     rest = [ZERO] * (bodies - 1)
     for step in range(steps):
         reply = trial.request(trial.case.loads_request(step, [force, *rest], [torque, *rest], values))
-        yield Motion(reply.envelope.kinematics, bodies)
+        found = (rows(reply.envelope.kinematics, name, width, bodies) for name, width in WIDTHS.items())
+        yield Kinematics(step + 1, *found)
 
 
 def move(trial, *arguments, **named):
     """The last of motions_of."""
     *_, motion = motions_of(trial, *arguments, **named)
     return motion
+
+
+def expect_of(motion, body, name, expected, tolerance):
+    """Raises Violation if an attribute of a body is not the expected one."""
+    expect(f"{_TITLES[name]} of body {body}", getattr(motion, name)[body], expected, tolerance)
 
 
 def expect(what, found, expected, tolerance):
@@ -99,13 +72,13 @@ def _expect_acceleration(motion, body, acceleration_m_per_s2):
     """v = v₀ + a t within rounding; x = x₀ + v₀ t + a t²/2 within what a first-order integrator may be off."""
     scale_m_per_s = max(float(np.abs(acceleration_m_per_s2).max()) * _TIME_S, SPEED_M_PER_S)
     velocity = _START_M_PER_S + acceleration_m_per_s2 * _TIME_S
-    motion.expect("velocity_m_per_s", body, velocity, _ROUNDING * scale_m_per_s)
+    expect_of(motion, body, "velocity_m_per_s", velocity, _ROUNDING * scale_m_per_s)
     position = POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2
-    motion.expect("position_m", body, position, scale_m_per_s * STEP_S)
+    expect_of(motion, body, "position_m", position, scale_m_per_s * STEP_S)
 
 
 def _under_force(trial):
-    force = FORCE_N * _DIRECTION
+    force = FORCE_N * DIRECTION
     motion = move(trial, force=force)
     _expect_acceleration(motion, 0, force / MASS_KG)
     _expect_acceleration(motion, 1, np.zeros(3))
@@ -115,17 +88,17 @@ def _unloaded(trial):
     motion = move(trial)
     for body in (0, 1):
         _expect_acceleration(motion, body, np.zeros(3))
-        motion.expect("spin_rad_per_s", body, np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
+        expect_of(motion, body, "angular_velocity_rad_per_s", np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
 
 
 def _under_torque(trial):
     if trial.subject.can("neglects:torques"):
         raise NotApplicable("it announces neglects:torques")
-    torque = TORQUE_N_M * _DIRECTION
+    torque = TORQUE_N_M * DIRECTION
     motion = move(trial, torque=torque)
     gained = torque / INERTIA_KG_M2 * _TIME_S
-    motion.expect("spin_rad_per_s", 0, gained, _ROUNDING * float(np.abs(gained).max()))
-    motion.expect("spin_rad_per_s", 1, np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
+    expect_of(motion, 0, "angular_velocity_rad_per_s", gained, _ROUNDING * float(np.abs(gained).max()))
+    expect_of(motion, 1, "angular_velocity_rad_per_s", np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
     expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
 
 
@@ -146,7 +119,7 @@ def _of_shape(trial, name):
     motion = move(trial, change, force=force, torque=torque)
     _expect_acceleration(motion, 0, force / MASS_KG)
     gained = torque / (INERTIA_KG_M2 * factors) * _TIME_S
-    motion.expect("spin_rad_per_s", 0, gained, _ROUNDING * gained.max())
+    expect_of(motion, 0, "angular_velocity_rad_per_s", gained, _ROUNDING * gained.max())
 
 
 def _falling(trial):
@@ -159,7 +132,7 @@ def _falling(trial):
 def _expect_gained(motion, gained_m_per_s):
     """Velocities that bodies have gained, within 5 %: for a short time forces are nearly constant. No net momentum."""
     for body, gained in enumerate(gained_m_per_s):
-        motion.expect("velocity_m_per_s", body, _START_M_PER_S + gained, 0.05 * float(gained_m_per_s.max()))
+        expect_of(motion, body, "velocity_m_per_s", _START_M_PER_S + gained, 0.05 * float(gained_m_per_s.max()))
     total = motion.velocity_m_per_s.sum(axis=0)
     expect("sum of velocities [m/s]", total, len(gained_m_per_s) * _START_M_PER_S, _ROUNDING * SPEED_M_PER_S)
 
@@ -168,15 +141,8 @@ def _on_a_spring(trial):
     trial.require("springs")
 
     def join(content):
-        distance = POSITIONS_M[1][0] - POSITIONS_M[0][0]
-        content.springs.add(
-            body_A=0,
-            body_B=1,
-            stiffness_N_per_m=_STIFFNESS_N_PER_M,
-            rest_length_m=distance - _EXTENSION_M,
-            anchor_A_m=ZERO,
-            anchor_B_m=ZERO,
-        )
+        stretched = {"stiffness_N_per_m": _STIFFNESS_N_PER_M, "rest_length_m": _ARM_LENGTH_M - _EXTENSION_M}
+        content.springs.add(body_A=0, body_B=1, **stretched, **AT_CENTRES)
 
     _expect_gained(move(trial, join), FORCE_N / MASS_KG * _TIME_S * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]))
 
@@ -213,8 +179,8 @@ def _on_a_spinning_body(trial, name):
     start = _START_M_PER_S if force else np.array([0.0, 0.0, spin])
     # A small torque leaves the axis of the spin as it is, but for about gained/spin.
     tolerance = _accuracy(trial, _SPIN_PER_STEP_RAD) + (0.0 if force else gained / spin) if turns else _ROUNDING
-    what = "velocity_m_per_s" if force else "spin_rad_per_s"
-    motion.expect(what, 0, start + gained * mean, tolerance * gained + _ROUNDING * abs(start).max())
+    what = "velocity_m_per_s" if force else "angular_velocity_rad_per_s"
+    expect_of(motion, 0, what, start + gained * mean, tolerance * gained + _ROUNDING * abs(start).max())
 
 
 _ARM_M = np.subtract(POSITIONS_M[1], POSITIONS_M[0])
@@ -260,7 +226,7 @@ def _without_net_load(trial):
     def momenta(motion):
         """Both in units of what one of the forces gives in a step."""
         linear = MASS_KG * motion.velocity_m_per_s
-        turning = np.cross(motion.position_m, linear) + INERTIA_KG_M2 * motion.spin_rad_per_s
+        turning = np.cross(motion.position_m, linear) + INERTIA_KG_M2 * motion.angular_velocity_rad_per_s
         unit = FORCE_N * STEP_S
         return {"momentum": linear.sum(axis=0) / unit, "angular momentum": turning.sum(axis=0) / (unit * _ARM_LENGTH_M)}
 
@@ -295,20 +261,17 @@ def _fixed(trial):
         body = content.bodies[0]
         body.motion, body.velocity_m_per_s[:] = setup.MOTION_KIND_FIXED, ZERO
 
-    motion = move(trial, fix, force=FORCE_N * _DIRECTION)
-    motion.expect("position_m", 0, np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
+    motion = move(trial, fix, force=FORCE_N * DIRECTION)
+    expect_of(motion, 0, "position_m", np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
 
 
 def checks(subject):
+    shapes = [name for name in OTHER_SHAPES if subject.can(f"shape:{name}")]
     return [
         Check("physics", "no load: the velocity stays", _NEWTON, _unloaded),
         Check("physics", "hydrodynamic force: a = F/m", _NEWTON, _under_force),
         Check("physics", "torque: ω = T t / I", _EULER, _under_torque),
-        *(
-            Check("physics", f"a {name} under force and torque", _TENSOR, _of_shape, (name,))
-            for name in OTHER_SHAPES
-            if subject.can(f"shape:{name}")
-        ),
+        *(Check("physics", f"a {name} under force and torque", _TENSOR, _of_shape, (name,)) for name in shapes),
         Check("physics", "weight: a = g", _WEIGHT, _falling),
         Check("physics", "a stretched spring pulls", _SPRING, _on_a_spring),
         *(

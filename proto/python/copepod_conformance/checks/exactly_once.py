@@ -6,8 +6,7 @@ from copepod_conformance.verdicts import Check, Rule, Violation
 
 _REPEAT = Rule(
     "Exactly once",
-    "a request with the number of the last one is answered with the same bytes as before, "
-    "without computing anything",
+    "a request with the number of the last one is answered with the same bytes as before, without computing anything",
 )
 _IGNORE = Rule("Exactly once", "older numbers and messages of another session or epoch are ignored")
 _SKIP = Rule(

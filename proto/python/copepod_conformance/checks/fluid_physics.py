@@ -2,28 +2,15 @@
 
 import numpy as np
 
-from copepod_component.messages import Envelope
-from copepod_conformance.cases import (
-    CELL_M,
-    DRAG_N,
-    DRAG_N_M,
-    OTHER_SHAPES,
-    REST,
-    SPEED_M_PER_S,
-    SPIN_RAD_PER_S,
-    STEP_S,
-    give_shape,
-    rows,
-)
-from copepod_conformance.protocol import part
-from copepod_conformance.verdicts import Check, NotApplicable, Rule, Violation
+from copepod_conformance.cases import CELL_M, DIRECTION, DRAG_N, DRAG_N_M, SPEED_M_PER_S, SPIN_RAD_PER_S
+from copepod_conformance.cases import OTHER_SHAPES, give_shape, rows
+from copepod_conformance.verdicts import Check, NotApplicable, Violation, implied
 
-_REST = Rule("What a role implies", "a fluid at rest exerts no load on bodies at rest")
-_AGAINST = Rule("What a role implies", "in a fluid that was at rest the load on a moving body is against its motion")
+_REST = implied("a fluid at rest exerts no load on bodies at rest")
+_AGAINST = implied("in a fluid that was at rest the load on a moving body is against its motion")
 
 _ROUNDING = 1e-9  # of the Stokes drag on a body that moves as in the other checks
 _STEPS = 3
-_DIRECTION = np.array([0.5, -1.0, 0.25])
 
 
 def _loads(trial, step, velocity, spin):
@@ -36,8 +23,9 @@ def _at_rest(trial):
     if trial.subject.can("imposes:flow"):
         raise NotApplicable("its fluid is not at rest: it announces imposes:flow")
     trial.configure()
+    rest = np.zeros((2, 3))
     for step in range(_STEPS):
-        for name, loads in zip(("force", "torque"), _loads(trial, step, REST, REST)):
+        for name, loads in zip(("force", "torque"), _loads(trial, step, rest, rest)):
             if not np.abs(loads).max() <= _ROUNDING:
                 raise Violation(
                     f"at step {step} a {name} of {np.abs(loads).max():.3g} times the Stokes drag at "
@@ -49,15 +37,21 @@ def _against(trial, kind):
     """Body 0 moves or turns, body 1 rests."""
     _require_loads(trial, kind)
     trial.configure()
-    moving = (_DIRECTION * (SPEED_M_PER_S if kind == "force" else SPIN_RAD_PER_S), np.zeros(3))
+    velocity, spin = _motion_of(kind, np.array([DIRECTION, np.zeros(3)]))
     for step in range(_STEPS):
-        force, torque = _loads(trial, step, *((moving, REST) if kind == "force" else (REST, moving)))
+        force, torque = _loads(trial, step, velocity, spin)
         load = (force if kind == "force" else torque)[0]
-        if not np.all(load * _DIRECTION < 0):
+        if not np.all(load * DIRECTION < 0):
             raise Violation(
                 f"at step {step} a {kind} of {_text(load)} times the Stokes drag on a body that "
-                f"{'moves' if kind == 'force' else 'turns'} along {_text(_DIRECTION)}"
+                f"{'moves' if kind == 'force' else 'turns'} along {_text(DIRECTION)}"
             )
+
+
+def _motion_of(kind, directions):
+    """Velocities and angular velocities of bodies that move (for a force) or turn (for a torque) along `directions`."""
+    none = np.zeros_like(directions)
+    return (SPEED_M_PER_S * directions, none) if kind == "force" else (none, SPIN_RAD_PER_S * directions)
 
 
 def _of_shapes(trial, kind, shapes):
@@ -73,25 +67,15 @@ def _of_shapes(trial, kind, shapes):
         give_shape(content, content.bodies.add(), name)
     places = [np.array([spacing * (0.5 + i), 12.0, 12.0]) * CELL_M for i in range(len(shapes) + has_obstacle)]
     if has_obstacle:
-        obstacle = content.obstacles.add(
-            name="still", position_m=places.pop(), orientation_wxyz=(1, 0, 0, 0), loads=True
-        )
-        give_shape(content, obstacle.shape, "sphere")
+        place = {"position_m": places.pop(), "orientation_wxyz": (1, 0, 0, 0)}
+        give_shape(content, content.obstacles.add(name="still", loads=True, **place).shape, "sphere")
     trial.request(request)
-    velocity = _DIRECTION * SPEED_M_PER_S * (kind == "force")
-    spin = _DIRECTION * SPIN_RAD_PER_S * (kind == "torque")
+    velocity, spin = _motion_of(kind, np.array([DIRECTION] * len(shapes)))
     for step in range(_STEPS):
-        request = Envelope(step=step)
-        message = part(request, "Kinematics")
-        for place in places:
-            message.position_m.extend(place + step * STEP_S * velocity)
-            message.orientation_wxyz.extend((1.0, 0.0, 0.0, 0.0))
-            message.velocity_m_per_s.extend(velocity)
-            message.angular_velocity_rad_per_s.extend(spin)
-        loads = trial.request(request).envelope.loads
+        loads = trial.request(trial.case.motion_request(step, velocity, spin, places)).envelope.loads
         found = rows(loads, "force_N" if kind == "force" else "torque_N_m", bodies=len(shapes) + has_obstacle)
         for name, load in zip(shapes, found):
-            if not load @ _DIRECTION < 0:
+            if not load @ DIRECTION < 0:
                 raise Violation(f"at step {step} a {kind} of {_text(load)} on a {name} along its motion")
         if has_obstacle and np.abs(found[-1]).max() > 1e-3 * np.abs(found[0]).max():
             raise Violation(f"at step {step} a {kind} of {_text(found[-1])} on an obstacle ten cells from all motion")

@@ -3,8 +3,7 @@
 import difflib
 import json
 
-from copepod_component.messages import FEATURES, PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope, message_name
-from copepod_conformance.component_process import run_to_end
+from copepod_component.messages import FEATURES, PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope
 from copepod_conformance.conversation import CONTROL, DATA
 from copepod_conformance.protocol import ROLE_NUMBER, content
 from copepod_conformance.verdicts import Check, Rule, Silence, Violation
@@ -106,13 +105,12 @@ def _estimate_of_garbage(trial):
 def _run_estimate(trial, standard_input, text):
     trial.require("estimate")
     trial.sent.append(f"{text} on standard input of --estimate")
-    subject = trial.subject
-    return run_to_end([*subject.command, "--estimate"], subject.environment, subject.patience_s, standard_input)
+    return trial.subject.run_to_end("--estimate", standard_input=standard_input)
 
 
 def _no_options(trial):
     trial.sent.append("nothing; started without options")
-    code, *_ = run_to_end(trial.subject.command, trial.subject.environment, trial.subject.patience_s)
+    code, *_ = trial.subject.run_to_end()
     if code is None:
         raise Silence("no end of the process")
     if code != 2:
@@ -157,11 +155,9 @@ def _newer_minor(trial):
     trial.configure()
     trial.sequence += 1
     message = trial.with_header(trial.make(trial.step_name), protocol_minor=PROTOCOL_MINOR + 1)
-    trial.send_bytes(
-        message.SerializeToString() + _UNKNOWN_FIELD,
-        f"{message_name(message)} of minor version {PROTOCOL_MINOR + 1} with a field of that version",
-    )
-    trial.expect_reply(message_name(message), message)
+    text = f"{trial.step_name} of minor version {PROTOCOL_MINOR + 1} with a field of that version"
+    trial.send_bytes(message.SerializeToString() + _UNKNOWN_FIELD, text)
+    trial.expect_reply(trial.step_name, message)
 
 
 def checks(subject):

@@ -38,11 +38,9 @@ def _pong_at_rest(trial):
     trial.configure(steps=2)
     trial.wait(0.2)  # the bulk update of the last step
     pong, _ = trial.answer_to_ping()
-    found = (pong.step, pong.received_sequence, pong.replied_sequence)
-    if found != (1, trial.sequence, trial.sequence):
-        raise Violation(
-            f"Pong with step, received and replied sequence {found} instead of {(1,) + 2 * (trial.sequence,)}"
-        )
+    found, due = (pong.step, pong.received_sequence, pong.replied_sequence), (1, trial.sequence, trial.sequence)
+    if found != due:
+        raise Violation(f"Pong with step, received and replied sequence {found} instead of {due}")
 
 
 def _pong_at_work(trial):

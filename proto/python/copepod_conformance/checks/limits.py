@@ -1,16 +1,14 @@
 """Bytes from outside never crash a component: what is too large, too short, unknown or not finite is refused."""
 
-import dataclasses
 import math
 import secrets
 from functools import partial
 
 from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.internal.encoder import _VarintBytes as varint
-from google.protobuf.message import Message
 
 from copepod_component.messages import Envelope, message_name
-from copepod_conformance.cases import ZERO, add_actuator
+from copepod_conformance.cases import AT_CENTRES, add_actuator
 from copepod_conformance.conversation import CONTROL
 from copepod_conformance.protocol import SETUP, STEP, content
 from copepod_conformance.verdicts import Check, Rule
@@ -45,73 +43,65 @@ def _refused(trial, name, spoil, text):
     trial.expect_failure(65)
 
 
-@dataclasses.dataclass(frozen=True)
-class _Field:
-    """A field that holds numbers, an enumeration or a text."""
-
-    path: str  # «bodies[1].mass_kg»
-    holder: Message
-    descriptor: FieldDescriptor
-
-    @property
-    def is_list(self):
-        return self.descriptor.label == FieldDescriptor.LABEL_REPEATED
-
-    @property
-    def entries(self):
-        """The list that the field is."""
-        return getattr(self.holder, self.descriptor.name)
-
-    def put(self, value):
-        """Sets the field, of a list its last entry."""
-        if self.is_list:
-            self.entries[-1] = value
-        else:
-            setattr(self.holder, self.descriptor.name, value)
-
-
 def _fields_of(message, path=""):
-    """All fields of a message and of what is inside it, empty lists excepted; of a list of messages the last one."""
-    for descriptor in message.DESCRIPTOR.fields:
-        inside = getattr(message, descriptor.name)
-        name = path + descriptor.name
-        if descriptor.label == FieldDescriptor.LABEL_REPEATED and not len(inside):
+    """(path such as «bodies[1].mass_kg», message that holds it, descriptor) of all fields of a message and inside it.
+
+    Empty lists are left out; of a list of messages the last one counts.
+    """
+    for field in message.DESCRIPTOR.fields:
+        inside, name = getattr(message, field.name), path + field.name
+        if _is_list(field) and not len(inside):
             continue
-        if descriptor.type != FieldDescriptor.TYPE_MESSAGE:
-            yield _Field(name, message, descriptor)
-        elif descriptor.label != FieldDescriptor.LABEL_REPEATED:
-            yield from _fields_of(inside, f"{name}.")
-        else:
+        if field.type != FieldDescriptor.TYPE_MESSAGE:
+            yield name, message, field
+        elif _is_list(field):
             yield from _fields_of(inside[-1], f"{name}[{len(inside) - 1}].")
+        else:
+            yield from _fields_of(inside, f"{name}.")
+
+
+def _is_list(field):
+    return field.label == FieldDescriptor.LABEL_REPEATED
+
+
+def _repeat_last(times, holder, field):
+    """The list then has its last entry so many times."""
+    entries = getattr(holder, field.name)
+    entries.extend(times * [entries.pop()])
+
+
+def _put(value, holder, field):
+    """Sets the field, of a list its last entry."""
+    if _is_list(field):
+        getattr(holder, field.name)[-1] = value
+    else:
+        setattr(holder, field.name, value)
+
+
+def _spoil(path, change, message):
+    next(change(holder, field) for place, holder, field in _fields_of(message) if place == path)
 
 
 def _spoilt_fields(request):
-    """Lists too short and too long, values that no enumeration has; NaN and infinities where a number is."""
+    """Lists too short and too long, values that no enumeration has; NaN and infinities where a number is.
 
-    def check(group, rule, field, change, text, thorough=False):
-        """`thorough`, too, if the field is inside another message."""
-        name, text = message_name(request), f"{field.path} {text}"
-
-        def spoil(message):
-            change(next(each for each in _fields_of(message) if each.path == field.path))
-
-        return Check(group, f"{name}.{text}", rule, _refused, (name, spoil, text), thorough or "." in field.path)
-
-    def put(group, rule, field, value, thorough):
-        return check(group, rule, field, lambda each: each.put(value), f"= {value}", thorough)
-
-    fields = list(_fields_of(content(request)))
-    for field in fields:
-        if field.is_list:
-            yield check("limits", _SHAPE, field, lambda each: each.entries.pop(), "too short")
-            yield check("limits", _SHAPE, field, lambda each: each.entries.append(each.entries[-1]), "too long")
-        if field.descriptor.type == FieldDescriptor.TYPE_ENUM:
-            for value in (_NO_VALUE, 0):
-                yield put("limits", _ENUMERATION, field, value, value == 0)
-    for field in fields:
-        if field.descriptor.type == FieldDescriptor.TYPE_DOUBLE:
-            for number in (math.nan, math.inf, -math.inf):
-                yield put("numbers", _FINITE, field, number, math.isinf(number))
+    --quick also leaves out all fields that are inside another message.
+    """
+    name = message_name(request)
+    for path, _, field in _fields_of(content(request)):
+        faults = []  # group, rule, change, its description, whether --quick leaves it out
+        if _is_list(field):
+            faults.append(("limits", _SHAPE, partial(_repeat_last, 0), "too short", False))
+            faults.append(("limits", _SHAPE, partial(_repeat_last, 2), "too long", False))
+        if field.type == FieldDescriptor.TYPE_ENUM:
+            for number in (_NO_VALUE, 0):
+                faults.append(("limits", _ENUMERATION, partial(_put, number), f"= {number}", number == 0))
+        if field.type == FieldDescriptor.TYPE_DOUBLE:
+            for value in (math.nan, math.inf, -math.inf):
+                faults.append(("numbers", _FINITE, partial(_put, value), f"= {value}", math.isinf(value)))
+        for group, rule, change, fault, thorough in faults:
+            how = (name, partial(_spoil, path, change), f"{path} {fault}")
+            yield Check(group, f"{name}.{path} {fault}", rule, _refused, how, thorough or "." in path)
 
 
 def _raw(trial, data_of, text):
@@ -211,7 +201,7 @@ def _cells(*counts):
     return lambda setup: setup.domain_cells.__setitem__(slice(None), counts)
 
 
-_SPRING = _adding("springs", body_A=0, body_B=2, stiffness_N_per_m=1.0, anchor_A_m=ZERO, anchor_B_m=ZERO)
+_SPRING = _adding("springs", body_A=0, body_B=2, stiffness_N_per_m=1.0, **AT_CENTRES)
 _BEND = _adding("bends", body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
 _ACTUATOR = partial(add_actuator, name="world_force", body_A=2)
 _EVERY_0TH, _NO_STEP = _output(mean_stop=2), _output(mean_start=2, mean_stop=2, mean_every_steps=1)

@@ -36,8 +36,15 @@ def _run(trial, state, message):
         trial.expect(protocol.reply_to(protocol.path_to(role, state)[-1]))  # to the work at hand
     if row is not None and not can:
         trial.expect_failure(_REFUSED)
+    elif row is not None and message == "Refusal":
+        trial.expect_failure(_REFUSED, is_sent=False)
     elif row is not None:
-        _expect_legal(trial, row, message)
+        if "reply" in row:
+            trial.expect(row["reply"])
+        if message == "Finish":
+            trial.expect_exit(0)
+        else:
+            trial.finish()
     elif message in protocol.HANDSHAKE:
         trial.finish()
     elif settled == protocol.START:
@@ -59,18 +66,6 @@ def _send(trial, message, saved):
         if saved:
             request.step = SAVED_STEP
         trial.send(request)
-
-
-def _expect_legal(trial, row, message):
-    if message == "Refusal":
-        trial.expect_failure(_REFUSED, is_sent=False)
-    elif message == "Finish":
-        trial.expect(row["reply"])
-        trial.expect_exit(0)
-    else:
-        if "reply" in row:
-            trial.expect(row["reply"])
-        trial.finish()
 
 
 def checks(subject):
