@@ -139,6 +139,17 @@ def _is_documented(app, domain, kind, content):
         _LOG.warning("%s is not documented (%s). Give it a docstring, or a comment `#: …`.", name, kind)
 
 
+def _with_breaks(app, page, template, context, doctree):
+    """Names in text may break after a dot or slash, long ones after an underscore: columns of tables stay narrow."""
+    if "body" in context:
+        context["body"] = re.sub(r'(?<=<span class="pre">)[^<]{12,}', _breakable, context["body"])
+
+
+def _breakable(name):
+    text = re.sub(r"\w{20,}", lambda long: long[0].replace("_", "_<wbr>"), name[0])
+    return re.sub(r"([./])(?=\w)", r"\1<wbr>", text)
+
+
 def _complete_theme(app, problem):
     if not problem:
         theme.complete(Path(app.outdir) / "_static")
@@ -150,5 +161,6 @@ def setup(app):
     app.connect("missing-reference", _folder)
     app.connect("autodoc-process-docstring", _as_restructured_text)
     app.connect("object-description-transform", _is_documented)
+    app.connect("html-page-context", _with_breaks)
     app.connect("build-finished", _complete_theme)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
