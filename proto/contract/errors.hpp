@@ -36,10 +36,10 @@ struct FailureReport {
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1)
-      : std::runtime_error(reason), code_(code), rank_(rank), step_(step) {}  ///< reason: "problem (why). What to do."
-  [[nodiscard]] ExitCode code() const { return code_; }                       ///< of the process
-  [[nodiscard]] int rank() const { return rank_; }                            ///< that failed
-  [[nodiscard]] std::int64_t step() const { return step_; }                   ///< coupling step, −1 if not known
+      : std::runtime_error(reason), code_(code), rank_(rank), step_(step) {}
+  [[nodiscard]] ExitCode code() const { return code_; }            ///< of the process
+  [[nodiscard]] int rank() const { return rank_; }                 ///< that failed
+  [[nodiscard]] std::int64_t step() const { return step_; }        ///< coupling step, −1 if not known
 
  private:
   ExitCode code_;
@@ -50,33 +50,33 @@ class Error : public std::runtime_error {
 /// The case asks for something impossible or contradictory.
 class CaseError : public Error {
  public:
-  explicit CaseError(const std::string& reason) : Error(ExitCode::bad_case, reason) {}  ///< reason as of Error
+  explicit CaseError(const std::string& reason) : Error(ExitCode::bad_case, reason) {}
 };
 
 /// A solver cannot continue: diverged, NaN, coinciding bodies.
 class SolverError : public Error {
  public:
   explicit SolverError(const std::string& reason, int rank = 0, std::int64_t step = -1)
-      : Error(ExitCode::solver_failed, reason, rank, step) {}  ///< reason as of Error
+      : Error(ExitCode::solver_failed, reason, rank, step) {}
 };
 
 /// Output or a checkpoint could not be written or read.
 class StorageError : public Error {
  public:
-  explicit StorageError(const std::string& reason) : Error(ExitCode::storage_failed, reason) {}  ///< reason as of Error
+  explicit StorageError(const std::string& reason) : Error(ExitCode::storage_failed, reason) {}
 };
 
 /// The peer refused us, or we it: version, role, key, capability.
 class Refused : public Error {
  public:
-  explicit Refused(const std::string& reason) : Error(ExitCode::refused, reason) {}  ///< reason as of Error
+  explicit Refused(const std::string& reason) : Error(ExitCode::refused, reason) {}
 };
 
 /// A component died, froze or hung.
 class ComponentLost : public Error {
  public:
   explicit ComponentLost(const std::string& reason, std::int64_t step = -1)
-      : Error(ExitCode::component_lost, reason, 0, step) {}  ///< reason as of Error
+      : Error(ExitCode::component_lost, reason, 0, step) {}
 
   /// Another component was lost: which one, on which host and rank.
   explicit ComponentLost(FailureReport lost)
@@ -93,7 +93,7 @@ class ComponentLost : public Error {
 class DeadlinePassed : public Error {
  public:
   explicit DeadlinePassed(const std::string& reason, std::int64_t step = -1)
-      : Error(ExitCode::deadline_passed, reason, 0, step) {}  ///< reason as of Error
+      : Error(ExitCode::deadline_passed, reason, 0, step) {}
 };
 
 /// A signal asked us to stop; `signal` is SIGINT or SIGTERM.
@@ -103,15 +103,15 @@ class Interrupted : public Error {
                        const std::string& remedy = "Run again, with --resume if there is a checkpoint.")
       : Error(static_cast<ExitCode>(128 + signal),
               "stopped by signal " + std::to_string(signal) + " (sent by a user or another program). " + remedy, 0,
-              step) {}  ///< remedy: what to do
+              step) {}
 };
 
 /// A failure that a peer reported in a Failure message; keeps the peer's report unchanged.
 class PeerFailed : public Error {
  public:
   explicit PeerFailed(FailureReport report)
-      : Error(report.code, report.reason, report.rank, report.step), report_(std::move(report)) {}  ///< of the peer
-  [[nodiscard]] const FailureReport& report() const { return report_; }                             ///< of the peer
+      : Error(report.code, report.reason, report.rank, report.step), report_(std::move(report)) {}
+  [[nodiscard]] const FailureReport& report() const { return report_; }  ///< of the peer
 
  private:
   FailureReport report_;

@@ -21,7 +21,7 @@ struct Kinematics {
     orientation_wxyz.resize(4, bodies);
     velocity_m_per_s.resize(3, bodies);
     angular_velocity_rad_per_s.resize(3, bodies);
-  }  ///< makes room for so many bodies; the values are not set
+  }
 };
 
 /// Hydrodynamic force on, and torque about the centre of mass of, every body during step `step`; world frame. Those
@@ -35,7 +35,7 @@ struct Loads {
   void resize(Eigen::Index bodies) {
     force_N.resize(3, bodies);
     torque_N_m.resize(3, bodies);
-  }  ///< makes room for so many bodies; the values are not set
+  }
 };
 
 /// What the coupler applies to the bodies during step `step`: loads that are constant over the step, and the
