@@ -50,14 +50,14 @@ class Memory:
 class Check:
     """What is known of a case, sweep or campaign before it runs."""
 
-    name: str
-    steps: int  # of all runs
-    figures: dict[str, str]  # as texts: relaxation time, Reynolds numbers, memory, time, …
-    memory_bytes: dict[str, int]  # by component, of all its processes; of several runs: of those at once
-    disk_bytes: dict[str, int]  # by kind of output
-    warnings: list[str]  # what may go wrong
-    problems: list[str]  # what keeps it from running: a component that cannot be started or can do too little
-    runs: int = 1  # of a sweep or campaign: its members
+    name: str  #: of the case
+    steps: int  #: of all runs
+    figures: dict[str, str]  #: as texts: relaxation time, Reynolds numbers, memory, time, …
+    memory_bytes: dict[str, int]  #: by component, of all its processes; of several runs: of those at once
+    disk_bytes: dict[str, int]  #: by kind of output
+    warnings: list[str]  #: what may go wrong
+    problems: list[str]  #: what keeps it from running: a component that cannot be started or can do too little
+    runs: int = 1  #: of a sweep or campaign: its members
 
     def __str__(self) -> str:
         return f"{self.name}: {self.text()}"

@@ -44,8 +44,10 @@ BUILD_AND_RUN = (
     "libjs-three",
 )
 PYTHON = ("python3-pandas", "python3-xarray", "python3-yaml")  # for `import copepod`
+DOCUMENTATION = ("python3-sphinx", "python3-myst-parser", "furo", "python3-breathe", "doxygen", "graphviz")
 CONTINUOUS_INTEGRATION = (
     *PYTHON,
+    *DOCUMENTATION,
     "python3-jsonschema",
     "python3-nbclient",
     "python3-ipykernel",

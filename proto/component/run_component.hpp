@@ -4,14 +4,12 @@
 
 namespace copepod {
 
-/// Turns a solver into a service: reads the command line, connects to the coupler,
-/// answers it until the run ends.
+/// Turns a solver into a service: reads the command line, connects to the coupler, answers it until the run ends.
 ///
-/// Command line: `--endpoint E --session TOKEN [--log-file F] [--log-level L]`; `--capabilities`, which
-/// prints the capabilities as JSON; or `--estimate [--ranks N]`, which reads a setup from standard input and
-/// prints the component's estimate. The solver is made on, and called from, the calling thread only; a second
-/// thread answers the coupler's pings and never touches the solver. Its exceptions
-/// become a Failure message.
+/// Command line: `--endpoint E --session TOKEN [--log-file F] [--log-level L]`; `--capabilities`, which prints the
+/// capabilities as JSON; or `--estimate [--ranks N]`, which reads a setup from standard input and prints the
+/// component's estimate. The solver is made on, and called from, the calling thread only; a second thread answers the
+/// coupler's pings and never touches the solver. Its exceptions become a Failure message.
 /// @return exit code of the process (contract/errors.hpp)
 int run_fluid_component(int argc, char** argv, const FluidComponent& component);
 

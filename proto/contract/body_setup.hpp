@@ -11,6 +11,7 @@
 
 namespace copepod {
 
+/// How a body moves.
 enum class MotionKind {
   free,        ///< six degrees of freedom
   fixed,       ///< never moves
@@ -18,11 +19,13 @@ enum class MotionKind {
   axis,        ///< translates along, and rotates about, `axis` only
 };
 
+/// How bodies are advanced by a step.
 enum class Integrator {
   semi_implicit_euler,  ///< the paper's
   runge_kutta_4,        ///< classical, the drive sampled at 0, 1/2 and 1 of the step
 };
 
+/// What an actuator exerts, or moves.
 enum class ActuatorKind {
   pair_force,    ///< pushes two bodies apart along the line between its ends
   body_force,    ///< on the centre of mass, in a direction fixed to the body
@@ -33,6 +36,7 @@ enum class ActuatorKind {
   control,       ///< input of an actuator of the model, by its name
 };
 
+/// What a joint keeps.
 enum class JointKind {
   ball,      ///< one point in common
   hinge,     ///< a point and the direction of an axis in common
@@ -47,16 +51,16 @@ constexpr bool has_axis(JointKind kind) { return kind == JointKind::hinge || kin
 
 /// One rigid body; its initial state is in SI units and the world frame.
 struct BodySpecification {
-  std::string name;
-  Shape shape;
-  double mass_kg = 0.0;
+  std::string name;                   ///< unique, for people
+  Shape shape;                        ///< in the body's frame
+  double mass_kg = 0.0;               ///< positive
   std::vector<double> inertia_kg_m2;  ///< about the centre of mass, body frame: xx, yy, zz, xy, xz, yz; none: uniform
-  MotionKind motion = MotionKind::free;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit vector, for MotionKind::axis
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector4d orientation_wxyz = Eigen::Vector4d(1, 0, 0, 0);
-  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();
+  MotionKind motion = MotionKind::free;                                  ///< how it moves
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();                       ///< unit vector, for MotionKind::axis
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();                  ///< centre of mass p_WB
+  Eigen::Vector4d orientation_wxyz = Eigen::Vector4d(1, 0, 0, 0);        ///< unit quaternion q_WB
+  Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();            ///< v_WB
+  Eigen::Vector3d angular_velocity_rad_per_s = Eigen::Vector3d::Zero();  ///< w_WB
 };
 
 /// Inertia tensor about the centre of mass, in the body frame [kg m²].
@@ -68,28 +72,28 @@ inline Eigen::Matrix3d inertia_tensor_kg_m2(const BodySpecification& body) {
 
 /// Spring and damper between an anchor on body A and one on body B [paper, eqs. (5), (6)].
 struct SpringSpecification {
-  int body_A = 0;
-  int body_B = 0;
-  double stiffness_N_per_m = 0.0;
-  double damping_N_s_per_m = 0.0;
-  double rest_length_m = 0.0;
+  int body_A = 0;                                        ///< index of a body
+  int body_B = 0;                                        ///< index of another
+  double stiffness_N_per_m = 0.0;                        ///< k
+  double damping_N_s_per_m = 0.0;                        ///< γ
+  double rest_length_m = 0.0;                            ///< l₀, between the anchors
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< in the frame of A, from its centre of mass
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B
 };
 
 /// Angular spring at body B between its arms to A and C; torque-free and force-free.
 struct BendSpecification {
-  int body_A = 0;
-  int body_B = 0;  ///< the vertex
-  int body_C = 0;
-  double stiffness_N_m_per_rad = 0.0;
+  int body_A = 0;                            ///< end of an arm
+  int body_B = 0;                            ///< the vertex
+  int body_C = 0;                            ///< end of the other
+  double stiffness_N_m_per_rad = 0.0;        ///< of the spring
   double rest_angle_rad = std::numbers::pi;  ///< π: straight
 };
 
 /// Ideal joint of two bodies, or of a body and the world; the bodies' initial places determine what it keeps.
 struct JointSpecification {
-  JointKind kind = JointKind::ball;
-  int body_A = 0;
+  JointKind kind = JointKind::ball;                      ///< what it keeps
+  int body_A = 0;                                        ///< index of a body
   int body_B = -1;                                       ///< −1: the world
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< in the frame of A, from its centre of mass
   Eigen::Vector3d anchor_B_m = Eigen::Vector3d::Zero();  ///< in the frame of B; of the world: a place
@@ -100,7 +104,7 @@ struct JointSpecification {
   double lowest = 0.0;                                   ///< limits of their motion from the start [rad], [m];
   double highest = 0.0;                                  ///< both 0: none
 
-  [[nodiscard]] bool has_limits() const { return lowest != 0.0 || highest != 0.0; }
+  [[nodiscard]] bool has_limits() const { return lowest != 0.0 || highest != 0.0; }  ///< of its motion
 };
 
 /// Whether a joint can be driven: it has one motion.
@@ -111,9 +115,9 @@ constexpr bool has_motion(JointKind kind) { return has_axis(kind) || kind == Joi
 /// by which A has turned relative to B [rad], how far A has slid along the axis [m], or how much longer a rod is [m].
 /// Of a control it is the input at the end of the step, in the units of the model.
 struct ActuatorSpecification {
-  ActuatorKind kind = ActuatorKind::pair_force;
-  int body_A = 0;
-  int body_B = -1;  ///< of a pair; −1: none
+  ActuatorKind kind = ActuatorKind::pair_force;  ///< what it exerts
+  int body_A = 0;                                ///< index of the body that it acts on
+  int body_B = -1;                               ///< of a pair; −1: none
   Eigen::Vector3d direction =
       Eigen::Vector3d::UnitZ();  ///< unit vector, frame of the body or of the world; not of a pair
   Eigen::Vector3d anchor_A_m = Eigen::Vector3d::Zero();  ///< end of a pair in the frame of A, from its centre of mass
@@ -141,29 +145,29 @@ struct ContactSpecification {
 struct ModelSpecification {
   std::string text = {};  ///< MJCF [MuJoCo 2.2, "XML reference"]; empty: none
   double length_m = 1.0;  ///< its unit of length
-  double mass_kg = 1.0;
-  double time_s = 1.0;
+  double mass_kg = 1.0;   ///< its unit of mass
+  double time_s = 1.0;    ///< its unit of time
 };
 
 constexpr int most_threads = 1024;  ///< of a body solver
 
 /// Everything that a body solver needs before the first step; SI units.
 struct BodySetup {
-  double step_s = 0.0;
-  Integrator integrator = Integrator::runge_kutta_4;
-  Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();
-  double fluid_density_kg_per_m3 = 0.0;       ///< for buoyancy: weight is (m − ρ V) g
-  std::array<double, 3> periodic_length_m{};  ///< 0: not periodic; distances of overlap checks use nearest images
-  std::vector<BodySpecification> bodies;
-  std::vector<SpringSpecification> springs;
-  std::vector<BendSpecification> bends;
-  std::vector<JointSpecification> joints;
+  double step_s = 0.0;                                         ///< of the coupling
+  Integrator integrator = Integrator::runge_kutta_4;           ///< of bodies without an engine
+  Eigen::Vector3d gravity_m_per_s2 = Eigen::Vector3d::Zero();  ///< g; 0: weightless
+  double fluid_density_kg_per_m3 = 0.0;                        ///< for buoyancy: weight is (m − ρ V) g
+  std::array<double, 3> periodic_length_m{};     ///< 0: not periodic; distances of overlap checks use nearest images
+  std::vector<BodySpecification> bodies;         ///< in the order of Kinematics and Loads
+  std::vector<SpringSpecification> springs;      ///< with their dampers
+  std::vector<BendSpecification> bends;          ///< angular springs
+  std::vector<JointSpecification> joints;        ///< in the order of ActuatorSpecification::joint
   std::vector<ActuatorSpecification> actuators;  ///< in the order of AppliedLoads::actuation
   std::vector<WallSpecification> walls;          ///< for contacts
-  ContactSpecification contact;
-  ModelSpecification model;     ///< its spheres and capsules are `bodies`, in its order
-  int threads = 1;              ///< in which the solver may compute; results do not depend on it
-  std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
+  ContactSpecification contact;                  ///< between bodies, and with `walls`
+  ModelSpecification model;                      ///< its spheres and capsules are `bodies`, in its order
+  int threads = 1;                               ///< in which the solver may compute; results do not depend on it
+  std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
 };
 
 }  // namespace copepod

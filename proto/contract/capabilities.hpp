@@ -10,9 +10,9 @@ namespace copepod {
 /// "collision:trt", "boundary:pressure", "motion:axis". A component that leaves out something a case may ask
 /// for announces "neglects:NAME" ("neglects:boundary", "neglects:symmetry_planes"); a run reports it.
 struct Capabilities {
-  std::string name;  ///< of the component, for people: "Copepod lattice Boltzmann"
-  std::string version;
-  std::set<std::string> features;
+  std::string name;                ///< of the component, for people: "Copepod lattice Boltzmann"
+  std::string version;             ///< its own, for people
+  std::set<std::string> features;  ///< see above
 };
 
 }  // namespace copepod

@@ -24,7 +24,7 @@ struct Estimate {
 /// service of it.
 template <class Setup, class Solver>
 struct Component {
-  Capabilities capabilities;
+  Capabilities capabilities;  ///< what it announces
   /// The context outlives the solver.
   std::function<std::unique_ptr<Solver>(const Setup&, SolverContext&)> make_solver;
   /// Optional; announced as feature "estimate". Must be quick and allocate little.
@@ -36,7 +36,7 @@ struct Component {
   std::function<std::string(const ModelSpecification&)> bodies_of = {};
 };
 
-using FluidComponent = Component<FluidSetup, FluidSolver>;
-using BodyComponent = Component<BodySetup, BodySolver>;
+using FluidComponent = Component<FluidSetup, FluidSolver>;  ///< for `run_fluid_component`
+using BodyComponent = Component<BodySetup, BodySolver>;     ///< for `run_body_component`
 
 }  // namespace copepod

@@ -24,23 +24,22 @@ enum class ExitCode : int {
 /// Where and why a run ended early; travels between processes as a Failure message.
 /// Messages follow "problem (why). What to do.".
 struct FailureReport {
-  ExitCode code = ExitCode::solver_failed;
-  std::string component;  ///< "coupler", "fluid", "body" or a component's own name
-  std::string host;
-  int rank = 0;
-  std::int64_t step = -1;  ///< coupling step, −1 before the first
-  std::string reason;      ///< one sentence that names problem, cause and remedy
+  ExitCode code = ExitCode::solver_failed;  ///< of the process
+  std::string component;                    ///< "coupler", "fluid", "body" or a component's own name
+  std::string host;                         ///< where it ran
+  int rank = 0;                             ///< that failed
+  std::int64_t step = -1;                   ///< coupling step, −1 before the first
+  std::string reason;                       ///< one sentence that names problem, cause and remedy
 };
 
-/// Base of all errors that end a run. `what()` is the reason; rank and step are
-/// filled in where they are known.
+/// Base of all errors that end a run. `what()` is the reason; rank and step are filled in where they are known.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1)
       : std::runtime_error(reason), code_(code), rank_(rank), step_(step) {}
-  [[nodiscard]] ExitCode code() const { return code_; }
-  [[nodiscard]] int rank() const { return rank_; }
-  [[nodiscard]] std::int64_t step() const { return step_; }
+  [[nodiscard]] ExitCode code() const { return code_; }            ///< of the process
+  [[nodiscard]] int rank() const { return rank_; }                 ///< that failed
+  [[nodiscard]] std::int64_t step() const { return step_; }        ///< coupling step, −1 if not known
 
  private:
   ExitCode code_;
@@ -112,7 +111,7 @@ class PeerFailed : public Error {
  public:
   explicit PeerFailed(FailureReport report)
       : Error(report.code, report.reason, report.rank, report.step), report_(std::move(report)) {}
-  [[nodiscard]] const FailureReport& report() const { return report_; }
+  [[nodiscard]] const FailureReport& report() const { return report_; }  ///< of the peer
 
  private:
   FailureReport report_;

@@ -9,13 +9,13 @@ namespace copepod {
 /// State of motion of all bodies at the start of a step; SI units, world frame.
 /// Structure of arrays: one column per body, bodies in the order of the setup, so that a message is a memcpy.
 struct Kinematics {
-  std::int64_t step = 0;
+  std::int64_t step = 0;                        ///< at the start of this one
   Eigen::Matrix3Xd position_m;                  ///< centre of mass p_WB, shape (3, bodies)
   Eigen::Matrix4Xd orientation_wxyz;            ///< unit quaternion q_WB, shape (4, bodies)
   Eigen::Matrix3Xd velocity_m_per_s;            ///< v_WB, shape (3, bodies)
   Eigen::Matrix3Xd angular_velocity_rad_per_s;  ///< w_WB, shape (3, bodies)
 
-  [[nodiscard]] Eigen::Index bodies() const { return position_m.cols(); }
+  [[nodiscard]] Eigen::Index bodies() const { return position_m.cols(); }  ///< their number
   void resize(Eigen::Index bodies) {
     position_m.resize(3, bodies);
     orientation_wxyz.resize(4, bodies);
@@ -27,11 +27,11 @@ struct Kinematics {
 /// Hydrodynamic force on, and torque about the centre of mass of, every body during step `step`; world frame. Those
 /// that a fluid returns also have columns for the obstacles with loads, behind those of the bodies.
 struct Loads {
-  std::int64_t step = 0;
+  std::int64_t step = 0;        ///< during this one
   Eigen::Matrix3Xd force_N;     ///< shape (3, bodies)
   Eigen::Matrix3Xd torque_N_m;  ///< shape (3, bodies)
 
-  [[nodiscard]] Eigen::Index bodies() const { return force_N.cols(); }
+  [[nodiscard]] Eigen::Index bodies() const { return force_N.cols(); }  ///< their number
   void resize(Eigen::Index bodies) {
     force_N.resize(3, bodies);
     torque_N_m.resize(3, bodies);

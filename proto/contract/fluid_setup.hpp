@@ -14,11 +14,17 @@
 
 namespace copepod {
 
+/// The method that computes the flow.
 enum class FluidKind { lattice_boltzmann, stokes, vacuum };
+/// What holds on a face of the domain.
 enum class BoundaryKind { no_slip, periodic, free_slip, velocity, pressure, outflow };
+/// Collision operator: one relaxation time, two, or central moments.
 enum class CollisionKind { bgk, trt, central_moments };
+/// Precision of the populations and of the arithmetic with them.
 enum class Precision { double_precision, single_precision };
+/// How the surface of a body acts on the fluid [theory_fluid.md].
 enum class MovingBoundary { bounce_back, interpolated, central_linear, parabolic };
+/// How a cell that a body uncovers gets its populations [theory_fluid.md].
 enum class Refill { equilibrium, nonequilibrium, grad };
 
 /// On a lattice, in cells per step: the scheme breaks above it. The speed of sound is 1/√3 = 0.577.
@@ -26,7 +32,7 @@ constexpr double largest_speed_lu = 0.4;
 
 /// Condition on one face of the domain.
 struct Boundary {
-  BoundaryKind kind = BoundaryKind::no_slip;
+  BoundaryKind kind = BoundaryKind::no_slip;  ///< what holds there
   /// For BoundaryKind::velocity: of the wall; with a component through the face, of the fluid that comes in there.
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();
   double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
@@ -43,12 +49,13 @@ struct Boundary {
   }
   [[nodiscard]] double largest_speed() const {
     return velocity_m_per_s.norm() * (signal ? largest_magnitude(*signal) : 1.0);
-  }
+  }  ///< of all steps [m/s]
   [[nodiscard]] bool is_wall(std::size_t face) const {
     return kind == BoundaryKind::no_slip || (kind == BoundaryKind::velocity && !lets_in(face));
-  }
+  }  ///< whether fluid sticks to it and none comes in
 };
 
+/// Flow before step 0.
 enum class InitialFlowKind {
   rest,
   uniform,          ///< one velocity
@@ -59,7 +66,7 @@ enum class InitialFlowKind {
 
 /// The fluid's velocity before step 0, with the pressure that belongs to it.
 struct InitialFlow {
-  InitialFlowKind kind = InitialFlowKind::rest;
+  InitialFlowKind kind = InitialFlowKind::rest;                ///< its form
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< for InitialFlowKind::uniform
   double speed_m_per_s = 0.0;  ///< U, for InitialFlowKind::taylor_green, taylor_green_3d
 };
@@ -75,8 +82,8 @@ enum class FieldQuantity {
 /// Field output; steps count from the start of the run. `every_steps` 0: no snapshots, otherwise step 0 has one too;
 /// `mean_stop` 0: no mean. Neither quantities, region nor compression change the flow or other fields.
 struct FieldOutput {
-  std::string directory;  ///< absolute; receives fields.h5, fields.xdmf and fields_mean.xdmf
-  std::int64_t every_steps = 0;
+  std::string directory;                   ///< absolute; receives fields.h5, fields.xdmf and fields_mean.xdmf
+  std::int64_t every_steps = 0;            ///< between two snapshots
   std::int64_t mean_start = 0;             ///< first step that enters the mean
   std::int64_t mean_stop = 0;              ///< first step that no longer does
   std::int64_t mean_every_steps = 1;       ///< one sample every so many steps
@@ -89,39 +96,38 @@ struct FieldOutput {
 /// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. Films
 /// leave it out.
 struct ObstacleSpecification {
-  std::string name;
-  Shape shape;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+  std::string name;                                      ///< unique, for people
+  Shape shape;                                           ///< in its own frame
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the origin of its frame
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};          ///< unit quaternion
   bool loads = false;  ///< Loads has them, behind those of the bodies; the torque is about position_m
 };
 
-/// Everything that a fluid solver needs before the first exchange; SI units.
-/// The domain is the box [0, domain_cells · cell_size_m]; cell (i, j, k) has its centre at ((i, j, k) + 1/2)
-/// · cell_size_m.
+/// Everything that a fluid solver needs before the first exchange; SI units. The domain is the box [0, domain_cells ·
+/// cell_size_m]; cell (i, j, k) has its centre at ((i, j, k) + 1/2) · cell_size_m.
 struct FluidSetup {
-  FluidKind kind = FluidKind::lattice_boltzmann;
-  double step_s = 0.0;
-  double cell_size_m = 0.0;  ///< 0 for solvers without a lattice
-  double density_kg_per_m3 = 0.0;
-  double kinematic_viscosity_m2_per_s = 0.0;
-  std::array<std::int64_t, 3> domain_cells{};
-  std::array<Boundary, 6> boundaries{};  ///< x low, x high, y low, y high, z low, z high
+  FluidKind kind = FluidKind::lattice_boltzmann;  ///< that the case names; other solvers may ignore it
+  double step_s = 0.0;                            ///< of the coupling, Δt
+  double cell_size_m = 0.0;                       ///< 0 for solvers without a lattice
+  double density_kg_per_m3 = 0.0;                 ///< ρ₀, at rest
+  double kinematic_viscosity_m2_per_s = 0.0;      ///< ν
+  std::array<std::int64_t, 3> domain_cells{};     ///< along x, y, z
+  std::array<Boundary, 6> boundaries{};           ///< x low, x high, y low, y high, z low, z high
   int no_slip_plane = -1;  ///< for FluidKind::stokes: number of the one face in `boundaries` that is there; −1: none
   std::array<bool, 3> symmetry_planes{};  ///< mirror plane normal to x, y, z through the domain's middle
-  Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();
-  InitialFlow initial_flow;
-  CollisionKind collision = CollisionKind::bgk;
-  MovingBoundary moving_boundary = MovingBoundary::bounce_back;
-  Refill refill = Refill::equilibrium;
-  Precision precision = Precision::double_precision;
+  Eigen::Vector3d body_force_N_per_m3 = Eigen::Vector3d::Zero();  ///< on the fluid alone
+  InitialFlow initial_flow;                                       ///< before step 0
+  CollisionKind collision = CollisionKind::bgk;                   ///< of a lattice
+  MovingBoundary moving_boundary = MovingBoundary::bounce_back;   ///< of a lattice
+  Refill refill = Refill::equilibrium;                            ///< of a lattice
+  Precision precision = Precision::double_precision;              ///< of a lattice
   double film_thickness_m = 0.0;  ///< loads leave out what films that are thinner exert; 0: nothing is left out
   double wall_overlap_m = 0.0;    ///< how far moving bodies may reach beyond a face: contacts are soft
   std::vector<Shape> bodies;      ///< shapes, in the order of Kinematics and Loads
-  std::vector<ObstacleSpecification> obstacles;
-  std::vector<BodyPair> jointed;  ///< pairs with a joint: they may overlap, and have no film then
-  FieldOutput fields;
-  std::string trace_directory;  ///< absolute; where phases are recorded; empty: nowhere
+  std::vector<ObstacleSpecification> obstacles;  ///< those with loads in the order of Loads
+  std::vector<BodyPair> jointed;                 ///< pairs with a joint: they may overlap, and have no film then
+  FieldOutput fields;                            ///< what is written
+  std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
 
   /// Columns of Loads: bodies, and obstacles with loads.
   [[nodiscard]] Eigen::Index loads() const {

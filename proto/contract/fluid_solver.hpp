@@ -10,9 +10,8 @@ namespace copepod {
 /// Legal call order:
 ///   construct(FluidSetup)  ->  [restore]  ->  { exchange -> advance -> [save] }*  ->  summarise
 ///
-/// `exchange(n)` fixes the bodies of step n and returns the loads on them; `advance()` then does the bulk
-/// update of the step. A service replies to the coupler between the two, so the others
-/// work while it advances.
+/// `exchange(n)` fixes the bodies of step n and returns the loads on them; `advance()` then does the bulk update of the
+/// step. A service replies to the coupler between the two, so the others work while it advances.
 class FluidSolver : public Solver {
  public:
   /// Loads during step `kinematics.step` on bodies that move as given.

@@ -11,13 +11,14 @@ namespace copepod {
 
 using BodyPair = std::pair<int, int>;  ///< indices, the lower one first
 
+/// Form of a body or obstacle.
 enum class ShapeKind { sphere, capsule, ellipsoid, cylinder, box, mesh, compound };
 
 /// A closed surface of triangles, which may be concave.
 struct TriangleMesh {
-  using Triangles = Eigen::Matrix<std::int32_t, 3, Eigen::Dynamic>;
+  using Triangles = Eigen::Matrix<std::int32_t, 3, Eigen::Dynamic>;  ///< three vertices of each, by number
 
-  Eigen::Matrix3Xd vertices_m;
+  Eigen::Matrix3Xd vertices_m;     ///< shape (3, vertices)
   Triangles triangles;             ///< their corners, counter-clockwise seen from outside
   double bounding_radius_m = 0.0;  ///< of the smallest ball around the origin that contains it
 
@@ -25,35 +26,35 @@ struct TriangleMesh {
   TriangleMesh(Eigen::Matrix3Xd vertices, Triangles corners)
       : vertices_m(std::move(vertices)),
         triangles(std::move(corners)),
-        bounding_radius_m(vertices_m.cols() == 0 ? 0.0 : vertices_m.colwise().norm().maxCoeff()) {}
+        bounding_radius_m(vertices_m.cols() == 0 ? 0.0 : vertices_m.colwise().norm().maxCoeff()) {}  ///< from [m]
 
   bool operator==(const TriangleMesh& other) const {
     return vertices_m.cols() == other.vertices_m.cols() && triangles.cols() == other.triangles.cols() &&
            vertices_m == other.vertices_m && triangles == other.triangles;
-  }
+  }  ///< whether all numbers are the same
 };
 
 /// Part of a compound, in the frame of the whole. `Any`: Shape, which has parts itself.
 template <class Any>
 struct PartOf {
-  Any shape;  ///< any but a compound
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
+  Any shape;                                             ///< any but a compound
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< of the origin of its frame
+  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};          ///< unit quaternion
 };
 
 /// Rigid shape in the body frame, whose origin is the centre of mass.
 /// A capsule is a cylinder of `length_m` along the body's z axis, closed by two half spheres; a cylinder has flat ends;
 /// a compound is the union of its parts. Ellipsoids and boxes have the axes of the frame.
 struct Shape {
-  ShapeKind kind = ShapeKind::sphere;
+  ShapeKind kind = ShapeKind::sphere;  ///< its form
   double radius_m = 0.0;  ///< of sphere, capsule and cylinder; of others that of a sphere of the same volume
   double length_m = 0.0;  ///< of the cylinder, or the cylinder part; else 0
   Eigen::Vector3d extents_m = Eigen::Vector3d::Zero();  ///< semi-axes of an ellipsoid, edges of a box
-  std::shared_ptr<const TriangleMesh> mesh = nullptr;
-  std::vector<PartOf<Shape>> parts = {};  ///< of a compound
+  std::shared_ptr<const TriangleMesh> mesh = nullptr;   ///< of a mesh
+  std::vector<PartOf<Shape>> parts = {};                ///< of a compound
 };
 
-using ShapePart = PartOf<Shape>;
+using ShapePart = PartOf<Shape>;  ///< of a compound
 
 /// Whether a shape is all points within `radius_m` of its core segment. Thin films and contacts of our own are those of
 /// such shapes.

@@ -10,9 +10,9 @@ namespace copepod {
 
 /// Results of a solver at the end of a run.
 struct SolverSummary {
-  std::uint64_t digest = 0;        ///< of the solver's complete state; equal digests mean equal bits
-  std::uint64_t cell_updates = 0;  ///< fluid: cells of the computed domain × steps
-  int ranks = 1;
+  std::uint64_t digest = 0;                   ///< of the solver's complete state; equal digests mean equal bits
+  std::uint64_t cell_updates = 0;             ///< fluid: cells of the computed domain × steps
+  int ranks = 1;                              ///< processes of the solver
   std::map<std::string, double> seconds;      ///< time per phase, named as in the trace: "map", "bulk", …
   std::set<std::string> body_phases = {};     ///< those of `seconds` that a fluid without bodies would not need
   std::set<std::string> waiting_phases = {};  ///< those of `seconds` in which the solver only waited
@@ -32,16 +32,15 @@ class Solver {
   virtual ~Solver() = default;
 
   /// Writes the state to a new file or folder `path`, complete and synced to disk on return.
-  /// @throws StorageError, on all ranks alike, if the disk does not take it
+  /// @throws StorageError if the disk does not take it, on all ranks alike
   virtual void save(const std::string& path) = 0;
 
-  /// Reads a state that `save` wrote, on any number of ranks; legal once, before the first exchange.
-  /// The solver that wrote it may have had other drives, springs, masses or numerics: a run may start from a state of
-  /// another one.
+  /// Reads a state that `save` wrote, on any number of ranks; legal once, before the first exchange. The solver that
+  /// wrote it may have had other drives, springs, masses or numerics: a run may start from a state of another one.
   /// @throws StorageError if the file is missing, damaged, or a state of other bodies or another domain
   virtual void restore(const std::string& path) = 0;
 
-  virtual SolverSummary summarise() = 0;
+  virtual SolverSummary summarise() = 0;  ///< digest and figures of the run so far; legal between two steps
 };
 
 }  // namespace copepod

@@ -16,7 +16,7 @@ class SolverContext {
   /// The coupler takes a component whose step, phase and progress all stand still for `progress_deadline_s`
   /// for hung. Call this now and then from a step or setup that can take that long.
   void report_progress() { progress_.fetch_add(1, std::memory_order_relaxed); }
-  [[nodiscard]] std::uint64_t progress() const { return progress_.load(std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t progress() const { return progress_.load(std::memory_order_relaxed); }  ///< times
 
   /// Not 0 when the coupler is gone or has aborted the run: the exit code to end with. A solver in a long
   /// loop may check it and throw; a process that does not end within 2 s is ended.
@@ -30,7 +30,7 @@ class SolverContext {
   /// Which process of a parallel component the others wait for, so that the coupler can name it if it hangs;
   /// 0 as long as no wait takes long.
   void await_rank(int rank) { awaited_rank_ = rank; }
-  [[nodiscard]] int awaited_rank() const { return awaited_rank_; }
+  [[nodiscard]] int awaited_rank() const { return awaited_rank_; }  ///< as `await_rank` named it last
 
   /// Of the solver's thread.
   [[nodiscard]] Timeline& timeline() { return timeline_; }

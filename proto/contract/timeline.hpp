@@ -12,20 +12,20 @@ namespace copepod {
 /// then dropped.
 class Timeline {
  public:
-  using Clock = std::chrono::steady_clock;
+  using Clock = std::chrono::steady_clock;  ///< of all processes of a machine
   /// Takes a phase: its name, coupling step, begin and end.
   using Sink = std::function<void(std::string_view, std::int64_t, Clock::time_point, Clock::time_point)>;
 
-  void open(Sink sink) { sink_ = std::move(sink); }
-  void close() { sink_ = nullptr; }
-  [[nodiscard]] bool is_on() const { return sink_ != nullptr; }
+  void open(Sink sink) { sink_ = std::move(sink); }              ///< from now on phases go there
+  void close() { sink_ = nullptr; }                              ///< from now on phases are dropped
+  [[nodiscard]] bool is_on() const { return sink_ != nullptr; }  ///< whether it is open
 
   /// Coupling step of the phases that follow.
   void set_step(std::int64_t step) { step_ = step; }
 
   void add(std::string_view name, Clock::time_point begin, Clock::time_point end) {
     if (sink_) sink_(name, step_, begin, end);
-  }
+  }  ///< a phase of the current step
 
  private:
   Sink sink_;

@@ -12,7 +12,7 @@
 
 namespace copepod {
 
-// Numbers in messages: a person reads four significant digits.
+/// Number in messages: a person reads four significant digits.
 std::string rounded_text(double number);
 std::string length_text(double length_m);  ///< with a unit in which it is readable: "1.5 µm"
 
@@ -30,10 +30,11 @@ std::optional<Number> number_in(std::string_view text) {
 /// Word for an enumerator in case files, feature names and messages.
 template <typename E>
 struct Choice {
-  const char* name;
-  E value;
+  const char* name;  ///< in files and messages
+  E value;           ///< the enumerator
 };
 
+/// The word for a value; empty if it has none.
 template <typename E, std::size_t N>
 const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
   for (const Choice<E>& choice : choices) {

@@ -40,7 +40,7 @@ class NearPairs {
   [[nodiscard]] const std::vector<BodyPair>& listed() const { return pairs_; }
   /// Whether they do, as far as the bodies in [first, last) are concerned.
   [[nodiscard]] bool hold(const Eigen::Matrix3Xd& position_m, std::size_t first, std::size_t last) const;
-  void list(const Eigen::Matrix3Xd& position_m);
+  void list(const Eigen::Matrix3Xd& position_m);  ///< lists the pairs anew
 
   /// How often pairs have been listed: the list is the same while this is.
   [[nodiscard]] std::uint64_t listing() const { return listing_; }

@@ -17,8 +17,8 @@ namespace copepod {
 /// Films between surfaces, by their thickness at a point: below `low_m` they are not resolved by the fluid's cells,
 /// above `high_m` they are, between they are in part.
 struct FilmRange {
-  double low_m = 0.0;
-  double high_m = 0.0;
+  double low_m = 0.0;   ///< thickest film that is not resolved at all
+  double high_m = 0.0;  ///< thinnest film that is resolved
 
   /// Half a cell to both sides of FluidSetup::film_thickness_m.
   explicit FilmRange(const FluidSetup& setup)
@@ -27,7 +27,7 @@ struct FilmRange {
 
   [[nodiscard]] double resolved_share(double thickness_m) const {
     return std::clamp((thickness_m - low_m) / (high_m - low_m), 0.0, 1.0);
-  }
+  }  ///< of a film of this thickness, from 0 to 1
 };
 
 /// A surface near a body, relative to that body's centre: of another body, of the image of a body through a periodic
@@ -41,8 +41,8 @@ struct NearSurface {
   Eigen::Vector3d normal{0, 0, 0};    ///< of a wall: unit vector into the fluid
   double distance_of_centre_m = 0.0;  ///< of a wall: from the body's centre
 
-  [[nodiscard]] bool is_body() const { return other >= 0; }
-  [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }
+  [[nodiscard]] bool is_body() const { return other >= 0; }                             ///< else a wall
+  [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }  ///< in a mirror
   /// From a point, relative to the body's centre, to the surface [m].
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
 };

@@ -32,7 +32,7 @@ class NeighbourGrid {
     return images_.nearest_m(difference_m);
   }
 
-  [[nodiscard]] const PeriodicImages& images() const { return images_; }
+  [[nodiscard]] const PeriodicImages& images() const { return images_; }  ///< of the periodic box
 
  private:
   using Cell = std::array<std::int64_t, 3>;

@@ -182,9 +182,9 @@ class Campaign(Sequence[Run]):
 class Sample:
     """All bodies at one step: `bodies` has the columns of `Run.trajectory`, indexed by body."""
 
-    step: int
-    time_s: float
-    bodies: "pandas.DataFrame"
+    step: int  #: coupling step
+    time_s: float  #: since step 0
+    bodies: "pandas.DataFrame"  #: a row for each body
 
 
 def follow(run: Run | str | Path, wait_s: float = 10.0) -> Iterator[Sample]:

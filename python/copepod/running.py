@@ -37,17 +37,12 @@ Settings = Mapping[str, Any] | Sequence[str]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run or campaign is.
+    """How far a run or campaign is."""
 
-    share         0 to 1
-    step, steps   done and in all; of a campaign: members
-    remaining_s   time left [s], None as long as the speed is unknown
-    """
-
-    share: float
-    step: int
-    steps: int
-    remaining_s: float | None
+    share: float  #: 0 to 1
+    step: int  #: done; of a campaign: members
+    steps: int  #: in all; of a campaign: members
+    remaining_s: float | None  #: time left [s]; None as long as the speed is unknown
 
 
 def check(case: AnyCase, set: Settings = (), ranks: int | None = None) -> Check:

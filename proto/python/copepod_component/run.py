@@ -26,9 +26,11 @@ _RECONNECT_MS = 100
 
 @dataclasses.dataclass
 class Capabilities:
-    name: str
-    version: str
-    features: list
+    """What a component announces of itself; docs/protocol.md lists the features."""
+
+    name: str  #: for people
+    version: str  #: its own, for people
+    features: list  #: "solver:external", "shape:sphere", …
 
 
 def run_fluid_component(make_solver, capabilities, estimate=None):

@@ -44,11 +44,13 @@ class SolverContext:
 
 @dataclasses.dataclass
 class Kinematics:
-    step: int
-    position_m: np.ndarray  # (bodies, 3)
-    orientation_wxyz: np.ndarray  # (bodies, 4)
-    velocity_m_per_s: np.ndarray  # (bodies, 3)
-    angular_velocity_rad_per_s: np.ndarray  # (bodies, 3)
+    """State of motion of all bodies at the start of a step."""
+
+    step: int  #: at the start of this one
+    position_m: np.ndarray  #: (bodies, 3), centre of mass
+    orientation_wxyz: np.ndarray  #: (bodies, 4), unit quaternions
+    velocity_m_per_s: np.ndarray  #: (bodies, 3)
+    angular_velocity_rad_per_s: np.ndarray  #: (bodies, 3)
 
 
 WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angular_velocity_rad_per_s": 3}
@@ -56,30 +58,34 @@ WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angula
 
 @dataclasses.dataclass
 class AppliedLoads:
-    step: int
-    force_N: np.ndarray  # (bodies, 3), hydrodynamic, constant over the step
-    torque_N_m: np.ndarray  # (bodies, 3)
-    actuation: np.ndarray  # (nodes, actuators), values in N or N m, actuators in the order of the setup
+    """What the coupler applies to the bodies during a step."""
+
+    step: int  #: during this one
+    force_N: np.ndarray  #: (bodies, 3), hydrodynamic, constant over the step
+    torque_N_m: np.ndarray  #: (bodies, 3), about the centre of mass
+    actuation: np.ndarray  #: (nodes, actuators), values in N or N m, actuators in the order of the setup
 
 
 @dataclasses.dataclass
 class Estimate:
     """What a solver will need, before a run."""
 
-    memory_bytes: int  # per process
-    problem: str = ""  # a warning for the user
+    memory_bytes: int  #: per process
+    problem: str = ""  #: a warning for the user
 
 
 @dataclasses.dataclass
 class Summary:
-    digest: int = 0
-    cell_updates: int = 0
-    ranks: int = 1
-    seconds: dict = dataclasses.field(default_factory=dict)  # by phase; empty: the kit reports what it measured
-    body_phases: tuple = ()  # those phases that a fluid without bodies would not need
-    waiting_phases: tuple = ()  # those phases in which the solver only waited
-    mass_drift: float | None = None  # fluids on a grid: mass gained since the fluid was at rest, by its mass
-    momentum_drift: float | None = None  # likewise: |momentum from no body, wall or force| by the bodies' impulses
+    """Results of a solver at the end of a run."""
+
+    digest: int = 0  #: of the complete state; equal digests mean equal bits
+    cell_updates: int = 0  #: fluids: cells of the computed domain × steps
+    ranks: int = 1  #: processes of the solver
+    seconds: dict = dataclasses.field(default_factory=dict)  #: by phase; empty: the kit reports what it measured
+    body_phases: tuple = ()  #: those phases that a fluid without bodies would not need
+    waiting_phases: tuple = ()  #: those phases in which the solver only waited
+    mass_drift: float | None = None  #: fluids on a grid: mass gained since the fluid was at rest, by its mass
+    momentum_drift: float | None = None  #: likewise: |momentum from no body, wall or force| by the bodies' impulses
 
 
 def _read(field, shape, name):
