@@ -1,5 +1,5 @@
-"""The cases of a campaign, sweeps taken apart: every one is read, checked and named before anything is started. How far
-each is according to its folder."""
+"""The cases of a campaign, sweeps taken apart: every one is read, checked and named before anything is started. Its
+folder shows how far it is."""
 
 import enum
 import itertools

@@ -1,5 +1,5 @@
-"""The processes of a run on this machine: each in a session of its own, marked, ended with this command. A whole run
-as a process, for campaigns and Python."""
+"""The processes of a run on this machine: each in a session of its own, marked, ended with this command. Campaigns and
+Python start a whole run as one process."""
 
 import os
 import subprocess
