@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +33,26 @@ _SPACING_CELLS = 11  # centre to centre: gaps of three cells
 _SPEED_M_PER_S = 1.0  # 7.5e-4 cells per step, a swimmer's
 _PAPER = (100, 100, 200)
 _DOMAINS = ((48, 48, 48), _PAPER, (160, 160, 160))
-_KEYS: dict[str, Figures] = {
-    "defaults": {},
-    "bgk, bounce_back, equilibrium, no lubrication": PUBLISHED,
-}
+_KEYS: dict[str, Figures] = {"defaults": {}, "bgk, bounce_back, equilibrium, no lubrication": PUBLISHED}
 _BUSY = 0.05  # part of the machine that others take, from which on figures mean little
 _LONGEST_STEPS = 4000  # of three beads, two of which would meet after 5300
+
+
+@dataclass(frozen=True)
+class Setup:
+    """Beads that move like a swimmer's, in a fluid."""
+
+    domain_cells: tuple[int, ...]  # of the whole domain
+    beads: int
+    symmetry_planes: tuple[str, ...] = ()
+    transport: str = "ipc"
+    keys: Figures = field(default_factory=dict)  # in place of defaults, by section
+    shape: str = "sphere"  # a mesh has 10,000 triangles
+
+    @property
+    def computed_cells(self) -> list[int]:
+        """Extents of the part of the domain that its symmetry planes leave."""
+        return [cells // 2 if axis in self.symmetry_planes else cells for axis, cells in zip("xyz", self.domain_cells)]
 
 
 def bench(options: Namespace) -> int:
@@ -58,15 +73,14 @@ def bench(options: Namespace) -> int:
 
 def _require_file(path: Path) -> None:
     """Raises Stop(73) unless it can be written, before the work that fills it."""
-    problem: str | None
+    problem = None
     try:
         if path.is_dir():
             problem = "that is a folder"
         elif not path.absolute().parent.is_dir():
             problem = "its folder is missing"
-        else:
-            existing = path if path.exists() else path.absolute().parent
-            problem = None if os.access(existing, os.W_OK) else os.strerror(errno.EACCES)
+        elif not os.access(path if path.exists() else path.absolute().parent, os.W_OK):
+            problem = os.strerror(errno.EACCES)
     except OSError as refusal:  # a name that is too long
         problem = refusal.strerror
     if problem:
@@ -86,24 +100,20 @@ def _pure(options: Namespace) -> list[Figures]:
 
 def _coupled(options: Namespace) -> list[Figures]:
     ranks = len(os.sched_getaffinity(0))
-    kinds: list[tuple[tuple[int, int, int], int, tuple[str, ...]]] = [(_DOMAINS[0], 3, ())]
+    kinds = [Setup(_DOMAINS[0], 3)]
     if not options.quick:
-        kinds += [(_PAPER, 3, ("x", "y")), *((_PAPER, beads, ()) for beads in (3, 100, 1000))]
-    rows: list[tuple[Any, ...]] = [
-        (*kind, transport, keys, "sphere")
-        for keys, kind, transport in itertools.product(_KEYS.values(), kinds, ("ipc", "in_process"))
-    ]
+        kinds += [Setup(_PAPER, 3, ("x", "y")), *(Setup(_PAPER, beads) for beads in (3, 100, 1000))]
+    ways = itertools.product(_KEYS.values(), kinds, ("ipc", "in_process"))
+    setups = [replace(kind, transport=transport, keys=keys) for keys, kind, transport in ways]
     if not options.quick:
         shapes = (("ellipsoid", 3), ("ellipsoid", 1000), ("sphere", 1), ("mesh", 1))
-        rows += [(_PAPER, beads, (), "in_process", {}, shape) for shape, beads in shapes]
+        setups += [Setup(_PAPER, beads, transport="in_process", shape=shape) for shape, beads in shapes]
     results = []
-    for domain, beads, planes, transport, keys, shape in rows:
-        name = f"{domain}, {beads} × {shape}, {ranks} rank(s), {transport}{', as published' if keys else ''}"
-        with Stage(f"coupled, {name}"):
-            steps = min(_LONGEST_STEPS, _steps(computed_cells(domain, planes), 1e9))
-            results.append(
-                measure_coupled(domain, beads, ranks, steps, options.samples, planes, transport, keys, shape)
-            )
+    for one in setups:
+        how = f"{ranks} rank(s), {one.transport}{', as published' if one.keys else ''}"
+        with Stage(f"coupled, {one.domain_cells}, {one.beads} × {one.shape}, {how}"):
+            steps = min(_LONGEST_STEPS, _steps(one.computed_cells, 1e9))
+            results.append(measure_coupled(one, ranks, steps, options.samples))
     return results
 
 
@@ -185,25 +195,14 @@ def measure_fluid(
     return {**result, **medians, "median_share_of_limit": statistics.median(shares)}
 
 
-def measure_coupled(
-    domain: Sequence[int],
-    beads: int,
-    ranks: int,
-    steps: int,
-    samples: int = 3,
-    symmetry_planes: Sequence[str] = (),
-    transport: str = "ipc",
-    keys: Mapping[str, Any] = {},
-    shape: str = "sphere",
-) -> Figures:
-    """Speed with beads that move like a swimmer's, the uncoupled fluid's beside it, and their ratio. `keys` replace
-    defaults, by section; a mesh has 10,000 triangles. `others`: largest part of the machine that others, or its host,
-    took during a sample.
+def measure_coupled(setup: Setup, ranks: int, steps: int, samples: int = 3) -> Figures:
+    """Speed of the setup, the uncoupled fluid's beside it, and their ratio. `others`: largest part of the machine that
+    others, or its host, took during a sample.
 
-    `domain` is the whole one; rates count the cells that are computed, and leave out the fluid's last look at all
-    cells (the phase summary), which belongs to no step.
+    Rates count the cells that are computed, and leave out the fluid's last look at all cells (the phase summary), which
+    belongs to no step.
     """
-    computed = computed_cells(domain, symmetry_planes)
+    domain, keys, computed = setup.domain_cells, setup.keys, setup.computed_cells
     collision = keys.get("fluid", {}).get("collision", "trt")
     flow = {
         "solver": "lattice_boltzmann",
@@ -212,16 +211,16 @@ def measure_coupled(
         "cell_size_m": _CELL_M,
         "relaxation_time": 2.0 / 3.0,
         "domain_cells": list(domain),
-        "symmetry_planes": list(symmetry_planes),
+        "symmetry_planes": list(setup.symmetry_planes),
     }
     case = {
-        "case": f"bench_{beads}_beads",
+        "case": f"bench_{setup.beads}_beads",
         "fluid": flow | keys.get("fluid", {}),
         "lubrication": keys.get("lubrication", {}),
-        "bodies": [_bead(*numbered, shape) for numbered in enumerate(bead_positions(domain, beads))],
+        "bodies": [_bead(*numbered, setup.shape) for numbered in enumerate(bead_positions(domain, setup.beads))],
         "run": {"steps": steps},
         "output": {"trajectory": {"every_steps": steps}},
-        "services": {"fluid": {"ranks": ranks}, "transport": transport},
+        "services": {"fluid": {"ranks": ranks}, "transport": setup.transport},
     }
     rows = []
     for _ in range(samples):
@@ -243,13 +242,8 @@ def measure_coupled(
         )
     names = ("coupled_mlups", "fluid_mlups", "ratio", "coupling_overhead")
     return {
-        "domain_cells": list(domain),
-        "symmetry_planes": list(symmetry_planes),
-        "beads": beads,
-        "shape": shape,
+        **asdict(setup),
         "ranks": ranks,
-        "transport": transport,
-        "keys": dict(keys),
         "others": max(row["others"] for row in rows),
         "steps": steps,
         "samples": rows,
@@ -265,11 +259,6 @@ def _processor_times() -> tuple[float, float]:
     ticks = os.sysconf("SC_CLK_TCK")
     busy = user + nice + system + irq + soft + steal
     return busy / ticks - ours, (busy + idle + wait) / ticks
-
-
-def computed_cells(domain: Sequence[int], symmetry_planes: Sequence[str]) -> list[int]:
-    """Extents of the part of the domain that its symmetry planes leave."""
-    return [cells // 2 if axis in symmetry_planes else cells for axis, cells in zip("xyz", domain)]
 
 
 def _shape(name: str) -> Figures:

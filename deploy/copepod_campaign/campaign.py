@@ -5,14 +5,13 @@ import os
 import shlex
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
 from copepod_campaign import results
-from copepod_campaign.entry import Entry, State
+from copepod_campaign.cases import Entry, State, members_of
 from copepod_campaign.pool import RESTARTS, Pool, keep_copy
-from copepod_campaign.sweep import members_of
 from copepod_run import build
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase, ExitCode, Stop
@@ -24,9 +23,10 @@ from copepod_run.messages import report, say
 
 _NAMED = 10  # cases in a message
 _NOT_FOR_SWEEPS = {
-    "branch_from": "its members start from the beginning",
-    "resume": "the same command again continues where it stopped",
-    "restarts": f"a member is started again up to {RESTARTS} times by itself",
+    **dict.fromkeys(("ranks", "fluid", "body"), ". Use --set services.… instead."),
+    "branch_from": " (its members start from the beginning). Leave it out.",
+    "resume": " (the same command again continues where it stopped). Leave it out.",
+    "restarts": f" (a member is started again up to {RESTARTS} times by itself). Leave it out.",
 }
 
 
@@ -42,19 +42,16 @@ def campaign(options: Namespace) -> int:
 def run_sweep(options: Namespace, plan: Plan) -> int:
     """`copepod run` of a case with a sweep: a campaign of its members, which continues where it stopped."""
     item = item_of_sweep(options, plan)
-    for name, reason in _NOT_FOR_SWEEPS.items():
-        if getattr(options, name) not in (False, 0, None):
-            raise BadCase(f"--{name} is not for sweeps ({reason}). Leave it out.")
     options.rerun_other_builds = False
     command = f"run {options.case}{_settings_text(options)}"
     return run_items(plan.name, [item], None, options, lambda out: f"{command} --out {out}")
 
 
 def item_of_sweep(options: Namespace, plan: Plan) -> dict[str, Any]:
-    """A case with a sweep as the only item of a campaign."""
-    for name in ("ranks", "fluid", "body"):
-        if getattr(options, name) is not None:
-            raise BadCase(f"--{name} is not for sweeps. Use --set services.… instead.")
+    """A case with a sweep as the only item of a campaign. Raises Stop(2) for an option that a sweep cannot have."""
+    for name, advice in _NOT_FOR_SWEEPS.items():
+        if getattr(options, name, None) not in (False, 0, None):
+            raise BadCase(f"--{name} is not for sweeps{advice}")
     return {"name": plan.name, "file": options.case, "set": options.set}
 
 
@@ -80,8 +77,7 @@ def run_items(
     members = members_of(items)  # all of them are in order before a folder is made
     make_folder(folder)
     with ExitStack() as stack:
-        directory = RunDirectory(folder)
-        stack.callback(directory.close)
+        directory = stack.enter_context(closing(RunDirectory(folder)))
         report("directory", path=str(directory.path), holds="campaign")
         programs = keep_copy(folder)
         entries = [Entry(member, folder, programs.name) for member in members]

@@ -5,21 +5,45 @@ import shlex
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from copepod_campaign.campaign import item_of_sweep
+from copepod_campaign.cases import Member, Problems, members_of, swept_keys, value_text
 from copepod_campaign.pool import last_end
-from copepod_campaign.sweep import Member, Problems, members_of, swept_keys, value_text
 from copepod_run import build, components, estimate, hosts
 from copepod_run.errors import Stop
-from copepod_run.estimate import Check, Memory
+from copepod_run.estimate import Memory
 from copepod_run.figures import number_text
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import CampaignPlan, Plan, request
 
 _MANY_RUNS = 1000
 _UNKNOWN = "unknown: nothing like them has finished on this machine yet"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What is known of a case, sweep or campaign before it runs."""
+
+    name: str  #: of the case
+    steps: int  #: of all runs
+    figures: dict[str, str]  #: as texts: relaxation time, Reynolds numbers, memory, time, …
+    memory_bytes: dict[str, int]  #: by component, of all its processes; of several runs: of those at once
+    disk_bytes: dict[str, int]  #: by kind of output
+    warnings: list[str]  #: what may go wrong
+    problems: list[str]  #: what keeps it from running: a component that cannot be started or can do too little
+    runs: int = 1  #: of a sweep or campaign: its members
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.text()}"
+
+    def text(self) -> str:
+        """Number of runs and steps; then, line by line, figures, warnings and problems."""
+        width = max(map(len, self.figures), default=0)
+        lines = [(f"{self.runs} runs, " if self.runs > 1 else "") + f"{self.steps} steps"]
+        lines += [f"  {name:<{width}}  {value}" for name, value in self.figures.items()]
+        return "\n".join([*lines, *self.warnings, *(f"error: {problem}" for problem in self.problems)])
 
 
 def findings(options: Namespace) -> Check:
@@ -34,9 +58,9 @@ def findings(options: Namespace) -> Check:
     if plan.sweep:
         return _of_several(plan.name, [item_of_sweep(options, plan)], None, options.start_components)
     if not options.start_components:  # those whose commands the case has brought along, and not the user
-        named = (role for role in components.ROLES if plan.command_of(role) and getattr(options, role) is None)
+        named = (role for role in plan.commands if getattr(options, role) is None)
         plan = replace(plan, unasked=frozenset(named))
-    plan = components.settled(plan, options)
+    plan = components.settled(plan, options.ranks)
     problems = [*components.problems_of_components(plan), *hosts.problems_of_hosts(plan)]
     memory: list[Memory] = []
     try:
@@ -50,7 +74,7 @@ def findings(options: Namespace) -> Check:
         *_rank_warnings(plan),
         *(
             f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
-            f"{shlex.join(plan.command_of(role) or [])}). Use --start-components if you trust the case."
+            f"{shlex.join(plan.commands[role])}). Use --start-components if you trust the case."
             for role in sorted(plan.unasked)
         ),
     ]
@@ -76,12 +100,11 @@ def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> dict[str, str]:
 
 def _rank_warnings(plan: Plan) -> list[str]:
     cores = len(os.sched_getaffinity(0))
-    ranks = hosts.placement(plan)[0].ranks if plan.hosts else plan.fluid_ranks
-    if ranks <= cores:
-        return []
-    return [
-        f"warning: {ranks} fluid ranks share {cores} core(s) (slower than one rank per core). " f"Use --ranks {cores}."
-    ]
+    ranks = next(iter(hosts.placement(plan).values())) if plan.hosts else plan.fluid_ranks
+    warning = (
+        f"warning: {ranks} fluid ranks share {cores} core(s) (slower than one rank per core). Use --ranks {cores}."
+    )
+    return [warning] if ranks > cores else []
 
 
 def _of_several(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, trusted: bool) -> Check:
@@ -95,14 +118,14 @@ def _of_several(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None,
     for member in members:
         plan = member.plan
         disk_bytes.update(plan.estimate.get("disk_bytes", {}))
-        remarks.add(member.name, "\n".join(plan.warnings))
-        problems.add(member.name, "\n".join(components.problems_of_components(plan)))
-        alike = str((plan.setups, plan.transport, plan.fluid_ranks, plan.fluid_command, plan.body_command))
+        remarks.add(member.name, *plan.warnings)
+        problems.add(member.name, *components.problems_of_components(plan))
+        alike = str((plan.setups, plan.transport, plan.fluid_ranks, plan.commands))
         try:
             if alike not in memory_of:
                 memory_of[alike] = estimate.memory_of(plan)
             bytes_of.append(sum(part.total for part in memory_of[alike]))
-            remarks.add(member.name, "\n".join(estimate.warnings(memory_of[alike])))
+            remarks.add(member.name, *estimate.warnings(memory_of[alike]))
         except Stop as refusal:
             problems.add(member.name, refusal.refused())
     warnings = remarks.lines() + estimate.disk_warnings(disk_bytes, "runs")
@@ -123,20 +146,16 @@ def _of_several(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None,
 
 def _rows_of_items(members: Sequence[Member]) -> dict[str, str]:
     """What each sweep varies; how many cases are not of a sweep."""
-    items = dict.fromkeys(member.item for member in members)
-    rows, single = {}, 0
-    for item in items:
+    rows = {}
+    for item in dict.fromkeys(member.item for member in members if member.parameters):
         own = [member for member in members if member.item == item]
-        if not own[0].parameters:
-            single += 1
-            continue
-        heads = swept_keys(own)
         spans = []  # «lag_deg 30 to 150 (5 values)»
-        for key, head in heads.items():
+        for key, head in swept_keys(own).items():
             texts = list(dict.fromkeys(value_text(member.parameters[key]) for member in own))
             several = f" to {texts[-1]} ({len(texts)} values)" if len(texts) > 1 else ""
             spans.append(f"{head} {texts[0]}{several}")
         rows[item] = f"{len(own)} runs: " + "; ".join(spans)
+    single = sum(not member.parameters for member in members)
     return rows | ({"cases without a sweep": str(single)} if single else {})
 
 

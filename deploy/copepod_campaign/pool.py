@@ -11,12 +11,12 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from copepod_campaign.entry import Entry, State
-from copepod_run import cleanup
+from copepod_campaign.cases import Entry, State
+from copepod_run import cleanup, components
 from copepod_run.checkout import build_digest, present_programs, program
+from copepod_run.launcher import RunProcess
 from copepod_run.messages import complain, draw, draws, elapsed_text, report, say, speaks_json
 from copepod_run.progress import Event, clock_text
-from copepod_run.run_process import RunProcess
 from copepod_run.signals import SignalRecorder
 from copepod_run.run_directory import make_folder
 
@@ -64,8 +64,15 @@ class Job(RunProcess):
     def read(self) -> None:
         """Takes what the run has written; at its end the entry has its result."""
         super().read()
-        if self.exit_code is not None:
-            self._finish(self.exit_code)
+        if self.exit_code is None:
+            return
+        self._log.close()
+        if self.exit_code == 0 and self.entry.summary:
+            self.entry.state = State.DONE
+            return
+        self.entry.state = State.FAILED
+        self.entry.exit_code = self.exit_code
+        self.entry.remark = self._last_line or f"ended with code {self.exit_code} without reporting an error"
 
     def _note(self, line: str) -> None:
         """A line for people; the last one gives the reason if a run fails."""
@@ -80,15 +87,6 @@ class Job(RunProcess):
         if event["steps_per_s"]:
             self.remaining_s = event["remaining_s"]
             self.weight_per_s = event["steps_per_s"] * self.entry.weight / max(event["steps"], 1)
-
-    def _finish(self, code: int) -> None:
-        self._log.close()
-        if code == 0 and self.entry.summary:
-            self.entry.state = State.DONE
-            return
-        self.entry.state = State.FAILED
-        self.entry.exit_code = code
-        self.entry.remark = self._last_line or f"ended with code {code} without reporting an error"
 
     def _command(self, entry: Entry, ranks: int) -> list[str]:
         words = [sys.executable, "-P", "-m", "copepod_command", "run", entry.member.file]
@@ -130,13 +128,7 @@ class Pool:
     """Runs the entries of a campaign that are not done, `jobs` at a time."""
 
     def __init__(
-        self,
-        name: str,
-        entries: Sequence[Entry],
-        jobs: int,
-        programs: Path,
-        signals: SignalRecorder,
-        keeps_going: bool,
+        self, name: str, entries: Sequence[Entry], jobs: int, programs: Path, signals: SignalRecorder, keeps_going: bool
     ) -> None:
         """`name`: of the campaign; `programs`: their folder; `keeps_going`: also when the first cases fail alike."""
         self._name = name
@@ -145,12 +137,8 @@ class Pool:
         self._waiting = [entry for entry in entries if entry.state is not State.DONE]
         self._jobs = max(1, min(jobs, len(self._waiting)))
         self._ranks = max(1, len(os.sched_getaffinity(0)) // self._jobs)
-        self._environment = {  # several mpirun at once would each bind their first rank to the same core
-            "OMPI_MCA_hwloc_base_binding_policy": "none",
-            "OMPI_MCA_mpi_yield_when_idle": "1",
-            **os.environ,
-            "COPEPOD_BIN_DIR": str(programs),
-        }
+        # Several mpirun at once would each bind their first rank to the same core.
+        self._environment = {**components.ON_SHARED_CORES, **os.environ, "COPEPOD_BIN_DIR": str(programs)}
         self._signals = signals
         self._signals_seen = 0
         self._next_line = time.monotonic() + _LINE_EVERY_S

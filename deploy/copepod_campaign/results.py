@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from copepod_campaign.entry import Entry, State
-from copepod_campaign.sweep import swept_keys, value_text
+from copepod_campaign.cases import Entry, State, swept_keys, value_text
 from copepod_run.figures import FIGURES, Figure, compared, csv_text, markdown_table, measured
 
 

@@ -93,5 +93,6 @@ def _run_with_recorded(options: Namespace, folder: Scratch) -> int:
     command += ["--set", "output.wire=false", "--set", "output.trace=false"]
     command += [f"--{role}", shlex.join(recorded)] + (["--ranks", "1"] if role == "fluid" else [])
     code = subprocess.run(command, env={**os.environ, MARK: folder.mark}).returncode
-    folder.is_kept = code != 0 and not options.out and (folder.run_path / "run").exists()
+    if code != 0 and not options.out and (folder.run_path / "run").exists():
+        folder.folders.remove(folder.run_path)
     return code

@@ -27,37 +27,23 @@ def _hosts(text: str) -> str:
     return f"services.hosts={json.dumps(text.split(','))}"
 
 
-def _integer(text: str, least: int = 1, what: str = "number") -> int:
-    """An integer from `least` on; `what`: what messages call it."""
+def _number(kind: type[int] | type[float], what: str, text: str, least: int = 0) -> float:
+    """A number from `least` on; `what`: what messages call it, and how to write it."""
     try:
-        value = int(text)
-    except ValueError:
-        value = least - 1
-    if value < least:
-        raise argparse.ArgumentTypeError(
-            f"«{text}» is not a valid {what} (integer ≥ {least}). Use {max(least, 1)}, for example."
-        )
-    return value
-
-
-_port = partial(_integer, least=0, what="port")
-_count = partial(_integer, least=0)
-_ranks = partial(_integer, what="rank count")
-
-
-def _real(text: str, what: str) -> float:
-    """A number, zero or more; `what`: what messages call it, and how to write it."""
-    try:
-        value = float(text)
+        value = kind(text)
     except ValueError:
         value = math.nan
-    if not 0 <= value < math.inf:
+    if not least <= value < math.inf:
         raise argparse.ArgumentTypeError(f"«{text}» is not a valid {what}.")
     return value
 
 
-_metres = partial(_real, what="length (metres ≥ 0). Write 50e-6 for 50 µm")
-_tolerance = partial(_real, what="relative difference (number ≥ 0, such as 1e-9)")
+_integer = partial(_number, int, "number (integer ≥ 1). Use 1, for example", least=1)
+_port = partial(_number, int, "port (integer ≥ 0). Use 1, for example")
+_count = partial(_number, int, "number (integer ≥ 0). Use 1, for example")
+_ranks = partial(_number, int, "rank count (integer ≥ 1). Use 1, for example", least=1)
+_metres = partial(_number, float, "length (metres ≥ 0). Write 50e-6 for 50 µm")
+_tolerance = partial(_number, float, "relative difference (number ≥ 0, such as 1e-9)")
 
 
 def _time(text: str) -> str:

@@ -1,22 +1,34 @@
 """`copepod run`: plan, folder, three processes, watching, result; restarts if asked for."""
 
+import errno
+import fcntl
 import json
+import os
+import secrets
 import shlex
 from argparse import Namespace
+from contextlib import ExitStack, closing, suppress
 
 from copepod_campaign import campaign
-from copepod_run import build, components, estimate, run_directory
-from copepod_run.attempt import attempt
+from copepod_run import build, components, estimate, hosts, run_directory
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import result_table
-from copepod_run.messages import report, say
+from copepod_run.launcher import Launcher
+from copepod_run.messages import complain, keep_drawn, report, say
 from copepod_run.outcome import Failure
 from copepod_run.plan import Plan, case_arguments, check_beginning, request_plan
-from copepod_run.run_directory import RunDirectory, has_checkpoint, last_checkpoint_step
+from copepod_run.progress import Progress
+from copepod_run.run_directory import RunDirectory, has_checkpoint, last_checkpoint_step, read_object
+from copepod_run.scratch import Scratch
+from copepod_run.signals import SignalRecorder
+from copepod_run.watch import Ending, Watch
 
 _WORTH_A_RESTART = (ExitCode.COMPONENT_LOST, ExitCode.DEADLINE_PASSED)
 _SIGNALS = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}
+_COUPLER_PATIENCE_S = 2.0  # to close its files after a signal
+_CHECKPOINT_PATIENCE_S = 120.0  # if a signal finds it writing a checkpoint, or makes it write one
+_PIPE_BYTES = 1 << 20  # events of half an hour, should this command be stopped by Ctrl-Z
 
 
 def run(options: Namespace) -> int:
@@ -25,8 +37,8 @@ def run(options: Namespace) -> int:
     plan = request_plan(options)
     if plan.sweep:
         return campaign.run_sweep(options, plan)
-    plan = components.settled(plan, options)
-    for problem in components.problems_of_components(plan, only_replaced=True):
+    plan = components.settled(plan, options.ranks)
+    for problem in components.problems_of_components(plan, plan.commands):
         raise BadCase(problem)
     found = [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]
     for warning in [*found, *estimate.disk_warnings(plan.estimate["disk_bytes"], options.out or "runs")]:
@@ -38,12 +50,10 @@ def run(options: Namespace) -> int:
             check_beginning(options, components.branch_arguments(options))
         directory = run_directory.create(plan.name, options.out)
     report("directory", path=str(directory.path), holds="run")
-    try:
+    with closing(directory):
         if options.resume:
             check_beginning(options, ["--resume", "--out", str(directory.path)])
         return _attempts(options, plan, directory)
-    finally:
-        directory.close()
 
 
 def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
@@ -51,10 +61,10 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
     resume = options.resume
     for left in range(options.restarts, -1, -1):
         start = last_checkpoint_step(directory.path) if resume else -1
-        ending = attempt(options, plan, directory, resume)
+        ending = _attempt(options, plan, directory, resume)
         if ending.summary:
-            summary = directory.summary()
-            if summary is None:
+            summary = read_object(directory.path / "summary.json")
+            if not summary:
                 raise StorageFailed(
                     f"{ending.summary} cannot be read (is the disk full?). Free some space and run again."
                 )
@@ -72,6 +82,67 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
         say(failure.sentence())
         say(f"starting again {'from the last checkpoint' if resume else 'from the beginning'}, {left} restart(s) left")
     raise AssertionError("the last attempt returns or raises")
+
+
+def _attempt(options: Namespace, plan: Plan, directory: RunDirectory, resume: bool) -> Ending:
+    """Three processes, watched by this command and guarded by another one, until nothing of them is left."""
+    cells = plan.estimate.get("cells", 0)
+    display = Progress(cells, directory.path / "logs" / "progress.json")
+    size = f"{cells / 1e6:.3g} million cells, " if cells else ""
+    say(f"{plan.name}: {size}{plan.steps} steps, in {directory.shown}")
+    with ExitStack() as stack:
+        signals = stack.enter_context(SignalRecorder())
+        scratch = stack.enter_context(closing(Scratch(directory.path, secrets.token_hex(16))))
+        locks = [directory.lock, *scratch.locks]
+        session = secrets.token_hex(16)
+        environment = components.environment(scratch, plan.fluid_ranks)
+        environment[components.SESSION] = session
+        launcher: Launcher
+        if hosts.others(plan):
+            from copepod_run.hosts_launcher import HostsLauncher  # runs on one machine start without it
+
+            launcher = stack.enter_context(closing(HostsLauncher(scratch, locks, plan)))
+            keys, endpoint = launcher.connect(components.program_of(plan, "fluid")[0])
+            environment = launcher.environment(environment)
+        else:
+            keys, endpoint = scratch.keys(plan.transport), scratch.endpoint(plan.transport)
+            launcher = stack.enter_context(closing(Launcher(scratch, locks)))
+        connection = components.Connection(endpoint, session, keys, directory.path / "logs")
+        commands = {"coupler": components.coupler_command(options, plan, directory.path, connection, resume)}
+        if plan.transport != components.IN_PROCESS:
+            commands |= {role: components.component_command(plan, role, connection) for role in components.ROLES}
+        events, writing_end = os.pipe()
+        stack.callback(os.close, events)
+        with suppress(OSError):  # beyond the user's quota for pipes; the default size works too
+            fcntl.fcntl(events, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
+        try:
+            for name, command in commands.items():
+                stdout = writing_end if name == "coupler" else None  # takes its events
+                launcher.start(name, command, environment, connection.logs, stdout)
+        except OSError as problem:
+            if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):  # its output cannot be written
+                raise
+            # Without what the run adds to it: the token must not be shown.
+            shown = shlex.join(components.program_of(plan, name) if name in components.ROLES else command[:1])
+            raise BadCase(f"{name} cannot be started ({problem}). Check this command: {shown}") from None
+        finally:
+            os.close(writing_end)
+        watch = stack.enter_context(closing(Watch(launcher, events, signals, display, plan.fluid_ranks)))
+        ending = watch.wait()
+        keep_drawn()
+        if ending.signal:
+            launcher.processes["coupler"].send(ending.signal)
+            watch.wait_for_coupler(_COUPLER_PATIENCE_S, _CHECKPOINT_PATIENCE_S)
+        if left := launcher.end_all():
+            complain(
+                f"{left} process(es) of the run could not be ended (they hang in the kernel, perhaps on a network disk "
+                "that does not answer). Find them with: ps -eo pid,stat,args"
+            )
+        if ending.failure:
+            directory.record_exit(ending.failure.code, ending.failure.sentence())
+        elif ending.signal:
+            directory.record_exit(128 + ending.signal, f"stopped by signal {ending.signal}")
+    return ending
 
 
 def _advice(failure: Failure, start: int, options: Namespace, directory: RunDirectory) -> str:

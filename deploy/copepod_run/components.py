@@ -8,7 +8,7 @@ import shlex
 import shutil
 import subprocess
 from argparse import Namespace
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,8 @@ _MOST_RANKS_PER_CORE = 32
 _STARTERS = ("mpirun", "mpiexec", "srun")
 _ANSWER_WITHIN_S = 20
 _ORPHAN_AFTER_S = 10.0  # default of a component's --orphan-after
+# Ranks that share cores with other processes must neither be bound to one core nor spin there.
+ON_SHARED_CORES = {"OMPI_MCA_hwloc_base_binding_policy": "none", "OMPI_MCA_mpi_yield_when_idle": "1"}
 _OF_MPIRUN = ("OMPI_", "PMIX_", "PMI_", "PRTE_")
 _AS_ROOT = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # mpirun would refuse to start
 
@@ -73,7 +75,7 @@ def branch_arguments(options: Namespace) -> list[str]:
 
 
 def component_command(plan: Plan, role: str, connection: Connection) -> list[str]:
-    command = program_of(plan, role) + connection.arguments(role, not plan.command_of(role))
+    command = program_of(plan, role) + connection.arguments(role, role not in plan.commands)
     if plan.silence_s > COUPLER_SILENCE_S:  # a component waits longer for the coupler than the coupler does for it
         command += ["--orphan-after", f"{plan.silence_s + _ORPHAN_AFTER_S - COUPLER_SILENCE_S:g}"]
     return with_ranks(plan, role, command)
@@ -82,7 +84,7 @@ def component_command(plan: Plan, role: str, connection: Connection) -> list[str
 def program_of(plan: Plan, role: str) -> list[str]:
     """Our service, of bodies that of the chosen solver, or the command that replaces it."""
     service = "fluid_service" if role == "fluid" else _BODY_SERVICES[plan.body_solver]
-    return plan.command_of(role) or [str(program(service))]
+    return plan.commands.get(role) or [str(program(service))]
 
 
 def with_ranks(plan: Plan, role: str, command: list[str]) -> list[str]:
@@ -100,23 +102,25 @@ def mpirun() -> str:
 
 def _needs_mpirun(plan: Plan) -> bool:
     """Our fluid service always, one that replaces it if it is to have several ranks and brings no starter."""
-    return plan.fluid_command is None or (plan.fluid_ranks > 1 and not _brings_starter(plan.fluid_command))
+    own = plan.commands.get("fluid")
+    return own is None or (plan.fluid_ranks > 1 and not _brings_starter(own))
 
 
 def _brings_starter(command: Sequence[str]) -> bool:
     return Path(command[0]).name in _STARTERS
 
 
-def settled(plan: Plan, options: Namespace) -> Plan:
-    """The plan as it can be carried out: a component that replaces our fluid is started once unless it announces MPI.
+def settled(plan: Plan, ranks: int | None = None) -> Plan:
+    """The plan as it can be carried out: a component that replaces our fluid is started once unless it announces MPI
+    or the user has chosen its `ranks`.
 
     Raises Stop(2) if a program is missing or the ranks would exhaust the machine, before anything is started.
     """
     _require_programs(plan)
     _require_address(plan.transport)
     hosts.require_first_here(plan)
-    own = plan.fluid_command
-    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or options.ranks or "fluid" in plan.unasked):
+    own = plan.commands.get("fluid")
+    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or ranks or "fluid" in plan.unasked):
         if not announces(own, "mpi"):
             return replace(plan, fluid_ranks=1)
     cores = len(os.sched_getaffinity(0))
@@ -145,13 +149,13 @@ def _require_address(transport: str) -> None:
 def _require_programs(plan: Plan) -> None:
     solver, service = plan.body_solver, _BODY_SERVICES[plan.body_solver]
     is_engine = service != _BODY_SERVICES["own"]
-    if plan.body_command is None and is_engine and not Path(program_of(plan, "body")[0]).exists():
+    if "body" not in plan.commands and is_engine and not Path(program_of(plan, "body")[0]).exists():
         raise BadCase(
             f"body.solver is {solver} (this build has no {service}: the library was missing when it was "
             f"configured). Install lib{solver}-dev, remove the build folder, and run again."
         )
-    for role in ROLES:
-        if (command := plan.command_of(role)) and shutil.which(command[0]) is None:
+    for role, command in plan.commands.items():
+        if shutil.which(command[0]) is None:
             raise BadCase(
                 f"the {role} component {shlex.join(command)} cannot be started (no such program). "
                 "Give its path, or put it in PATH."
@@ -203,20 +207,15 @@ def ask(command: tuple[str, ...]) -> Answer:
     return Answer(problem=f"it does not answer --capabilities with JSON{last}")
 
 
-def problems_of_components(plan: Plan, only_replaced: bool = False) -> list[str]:
-    """What keeps the two components from taking part in the run; `only_replaced`: without our own services."""
-    return [
-        problem
-        for role in ROLES
-        if (plan.command_of(role) or not only_replaced) and role not in plan.unasked
-        for problem in _problems_of(plan, role)
-    ]
+def problems_of_components(plan: Plan, roles: Iterable[str] = ROLES) -> list[str]:
+    """What keeps components from taking part in the run."""
+    return [problem for role in roles if role not in plan.unasked for problem in _problems_of(plan, role)]
 
 
 def _problems_of(plan: Plan, role: str) -> Iterator[str]:
     """The component does not answer, has another role, or can do less than the case needs."""
     command = program_of(plan, role)
-    if not plan.command_of(role) and not Path(command[0]).exists():
+    if role not in plan.commands and not Path(command[0]).exists():
         return  # a folder of programs for runs in one process need not hold it
     answer = ask(tuple(command))
     if answer.problem:
@@ -251,9 +250,7 @@ def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
         "OMPI_MCA_odls_base_sigkill_timeout": "0",  # when a rank died, mpirun need not wait to end the others
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):
-        # Cores are shared with the coupler and the bodies: ranks must neither be bound to one core nor spin there.
-        settings["OMPI_MCA_hwloc_base_binding_policy"] = "none"
-        settings["OMPI_MCA_mpi_yield_when_idle"] = "1"
+        settings |= ON_SHARED_CORES
     return {**settings, **_own_environment(), MARK: scratch.mark}
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from copepod_run import components
 from copepod_run.checkout import BUILD, chosen_programs, program
 from copepod_run.errors import BadCase
+from copepod_run.figures import prefix_of
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan
 from copepod_run.run_directory import read_object
@@ -21,7 +22,6 @@ _SPEEDS = BUILD / "measured_speed.json"
 _ANSWER_WITHIN_S = 60
 _FEWEST_STEPS = 100  # of a run that shows a speed
 _MOMENT_S = 0.2
-_UNITS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 # Bodies whose computation takes as long as the exchange of a step, and the power that the computation grows with.
 _GROWTH = {"stokes": (15.0, 2.4)}
 _LINEAR = (20.0, 1.0)
@@ -46,30 +46,6 @@ class Memory:
         return f"{self.name} {times}{self.bytes_per_process / 2**20:.0f}"
 
 
-@dataclass(frozen=True)
-class Check:
-    """What is known of a case, sweep or campaign before it runs."""
-
-    name: str  #: of the case
-    steps: int  #: of all runs
-    figures: dict[str, str]  #: as texts: relaxation time, Reynolds numbers, memory, time, …
-    memory_bytes: dict[str, int]  #: by component, of all its processes; of several runs: of those at once
-    disk_bytes: dict[str, int]  #: by kind of output
-    warnings: list[str]  #: what may go wrong
-    problems: list[str]  #: what keeps it from running: a component that cannot be started or can do too little
-    runs: int = 1  #: of a sweep or campaign: its members
-
-    def __str__(self) -> str:
-        return f"{self.name}: {self.text()}"
-
-    def text(self) -> str:
-        """Number of runs and steps; then, line by line, figures, warnings and problems."""
-        width = max(map(len, self.figures), default=0)
-        lines = [(f"{self.runs} runs, " if self.runs > 1 else "") + f"{self.steps} steps"]
-        lines += [f"  {name:<{width}}  {value}" for name, value in self.figures.items()]
-        return "\n".join([*lines, *self.warnings, *(f"error: {problem}" for problem in self.problems)])
-
-
 def memory_of(plan: Plan) -> list[Memory]:
     """Estimates of the coupler and of the components that announce `estimate`, before anything is started.
 
@@ -87,7 +63,7 @@ def memory_of(plan: Plan) -> list[Memory]:
             continue
         command, processes = components.program_of(plan, role), plan.fluid_ranks if role == "fluid" else 1
         # The services of this build estimate; asking them for their capabilities first would take longer than that.
-        is_ours = not plan.command_of(role) and not chosen_programs()
+        is_ours = role not in plan.commands and not chosen_programs()
         if is_ours or components.announces(command, "estimate"):
             setup = bytes.fromhex(plan.setups[role])
             found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
@@ -110,8 +86,8 @@ def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Mem
 
 def size_text(size_bytes: float) -> str:
     """«1.2 MB», «460 GB»."""
-    unit, name = next((unit, name) for unit, name in _UNITS if size_bytes >= 0.9995 * unit or unit == 1e3)
-    return f"{size_bytes / unit:.3g} {name}"
+    power, prefix = prefix_of(size_bytes / 0.9995, least=3, most=12)  # 999.5 kB is 1 MB
+    return f"{size_bytes / 10**power:.3g} {prefix}B"
 
 
 def disk_text(parts: Mapping[str, int]) -> str:

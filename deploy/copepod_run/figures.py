@@ -27,15 +27,11 @@ FIGURES = {
     "error_percent": "error of u_GA [%]",
     "efficiency": "efficiency",
     "Re_swim": "Re",
-    "Re_bodies.B2": "Re B2",
-    "Re_bodies.B1": "Re B1",
-    "Re_bodies.B3": "Re B3",
+    **{f"Re_bodies.{bead}": f"Re {bead}" for bead in ("B2", "B1", "B3")},
     **{f"arm_amplitudes_um.{arm}": f"amplitude of arm {arm} [µm]" for arm in range(4)},
     "kinematics.power_W": "power [W]",
     "kinematics.tilt_rad": "tilt [rad]",
-    "rotation_degrees.x": "turn about x [°/cycle]",
-    "rotation_degrees.y": "turn about y [°/cycle]",
-    "rotation_degrees.z": "turn about z [°/cycle]",
+    **{f"rotation_degrees.{axis}": f"turn about {axis} [°/cycle]" for axis in "xyz"},
 }
 
 
@@ -125,7 +121,7 @@ def number_text(value: Any) -> str:
     return "-" if value is None else str(value)
 
 
-_PREFIXES = {9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
+_PREFIXES = {12: "T", 9: "G", 6: "M", 3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p", -15: "f"}
 
 
 def prefix_of(value: float, least: int = -15, most: int = 0) -> tuple[int, str]:

@@ -93,8 +93,7 @@ class _Sign:
 def _watch(order: dict[str, Any], lines: _Lines) -> int:
     """Answers questions until asked to end, or until nothing arrives in either direction and the run is over, or long
     enough for it to have given up this host."""
-    locks: list[int] = []
-    problem = _problem(order) or _make_folders(order, locks)
+    problem = _problem(order) or _make_folders(order)
     os.environ.pop(GUARD, None)
     cleaner = cleanup.Guard(f"{cleanup.MARK}={order['mark']}", order["folders"])  # if this process is killed
     address = os.environ.get("SSH_CONNECTION", "").partition(" ")[0]
@@ -202,8 +201,9 @@ def _problem(order: dict[str, Any]) -> str:
     return ""
 
 
-def _make_folders(order: dict[str, Any], locks: list[int]) -> str:
-    """Private folders of the same names as on the first host, and the files in them; a problem if that fails."""
+def _make_folders(order: dict[str, Any]) -> str:
+    """Private folders of the same names as on the first host, locked as long as this process lives, and the files in
+    them; a problem if that fails."""
     try:
         for name in order["folders"]:
             folder = Path(name)
@@ -212,9 +212,9 @@ def _make_folders(order: dict[str, Any], locks: list[int]) -> str:
                 cleanup.claim(folder, order["mark"])
             if not cleanup.is_claimed(folder, order["mark"]):
                 return f"{folder} is in the way (not made by this run). Run again."
-            locks.append(os.open(folder, os.O_RDONLY | os.O_DIRECTORY))
+            lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
             with suppress(OSError):
-                fcntl.flock(locks[-1], fcntl.LOCK_SH | fcntl.LOCK_NB)
+                fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
         for name, content in order["files"].items():
             with suppress(FileExistsError):  # likewise
                 cleanup.write_private(name, content)

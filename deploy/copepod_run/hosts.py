@@ -1,76 +1,76 @@
-"""Which host of a run has which ranks of the fluid, and how another host is reached."""
+"""Which host of a run has which ranks of the fluid, and how another host is reached.
 
+    python3 -m copepod_run.hosts HOST WORDS…     what mpirun starts instead of ssh for every other host
+                                                 (plm_rsh_agent): a guard there that carries out the command
+    COPEPOD_HOSTS                                a private file with the order for the guards
+"""
+
+import json
 import os
 import shlex
 import shutil
+import signal
 import socket
 import subprocess
+import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 from copepod_run.errors import BadCase
+from copepod_run.host_guard import STARTER
 from copepod_run.plan import Plan
-from copepod_run.processes import own_host
+from copepod_run.processes import own_host, start_child
 
+ORDER = "COPEPOD_HOSTS"
 _NOTHING = ("true",)
 _TRIED_FOR_S = 15
 _SSH = ("ssh", "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10")
 _SRUN = ("srun", "--quiet", "--overlap", "--nodes=1", "--ntasks=1", "--mem=0", "--mpi=none", "--cpu-bind=none")
 
 
-@dataclass(frozen=True)
-class Host:
-    """A host of the case and its ranks of the fluid."""
-
-    name: str
-    ranks: int
-
-
-def placement(plan: Plan) -> list[Host]:
-    """The hosts of a case in its order, the first of which has the command, the coupler and the bodies; empty for a
-    run on this machine alone. Ranks fill them in this order."""
+def placement(plan: Plan) -> dict[str, int]:
+    """Ranks of the fluid on the hosts of a case, in its order, the first of which has the command, the coupler and the
+    bodies; empty for a run on this machine alone. Ranks fill them in this order."""
     left = plan.fluid_ranks
-    hosts = []
+    ranks_on = {}
     for word in plan.hosts:
         name, _, number = word.partition(":")
-        ranks = min(left, int(number or 1))
-        hosts.append(Host(name, ranks))
-        left -= ranks
-    return hosts
+        ranks_on[name] = min(left, int(number or 1))
+        left -= ranks_on[name]
+    return ranks_on
 
 
-def others(plan: Plan) -> list[Host]:
+def others(plan: Plan) -> list[str]:
     """The hosts other than this one that have something to do."""
-    return [host for host in placement(plan)[1:] if host.ranks > 0]
+    return [host for host, ranks in list(placement(plan).items())[1:] if ranks > 0]
 
 
-def host_of_rank_0(plan: Plan) -> Host | None:
+def host_of_rank_0(plan: Plan) -> str | None:
     """None: this one."""
-    first = next((host for host in placement(plan) if host.ranks > 0), None)
+    first = next((host for host, ranks in placement(plan).items() if ranks > 0), None)
     return first if first in others(plan) else None
 
 
 def hostfile_text(plan: Plan) -> str:
     """For mpirun, which must recognise this host."""
-    first, *rest = placement(plan)
-    slots = [(own_host(), first.ranks), *((host.name, host.ranks) for host in rest)]
-    return "".join(f"{name} slots={ranks}\n" for name, ranks in slots if ranks > 0)
+    ranks_on = placement(plan)
+    names = [own_host(), *list(ranks_on)[1:]]
+    return "".join(f"{name} slots={ranks}\n" for name, ranks in zip(names, ranks_on.values()) if ranks > 0)
 
 
 def table(plan: Plan) -> list[tuple[str, str]]:
     """What runs where, for people: (host, components)."""
     rows = []
     start = 0
-    for number, host in enumerate(placement(plan)):
+    for number, (host, ranks) in enumerate(placement(plan).items()):
         parts = ["command, coupler, bodies"] if number == 0 else []
-        if host.ranks:
-            last = start + host.ranks - 1
-            parts.append(f"fluid rank {start}" if host.ranks == 1 else f"fluid ranks {start} to {last}")
-        rows.append((host.name, ", ".join(parts) or "nothing"))
-        start += host.ranks
+        if ranks:
+            last = start + ranks - 1
+            parts.append(f"fluid rank {start}" if ranks == 1 else f"fluid ranks {start} to {last}")
+        rows.append((host, ", ".join(parts) or "nothing"))
+        start += ranks
     return rows
 
 
@@ -78,7 +78,7 @@ def require_first_here(plan: Plan) -> None:
     """Raises Stop(2) unless the command runs on the first host of the case."""
     if not plan.hosts:
         return
-    name = placement(plan)[0].name
+    name = next(iter(placement(plan)))
     if name.partition(".")[0] == own_host().partition(".")[0]:
         return
     with suppress(OSError):
@@ -117,7 +117,7 @@ def not_reached(host: str, why: str) -> str:
 
 def problems_of_hosts(plan: Plan) -> list[str]:
     """Errors of the other hosts of a case that cannot be reached; all are tried at once."""
-    names = [host.name for host in others(plan)]
+    names = others(plan)
     with ThreadPoolExecutor(max_workers=max(len(names), 1)) as pool:
         return [problem for problem in pool.map(_problem_of, names) if problem]
 
@@ -172,3 +172,23 @@ def free_endpoint(address: str, host: str) -> str:
             f"host {host} cannot find this one ({problem}). "
             "Give an address: --set services.transport=tcp://ADDRESS:PORT"
         ) from None
+
+
+def _main(host: str, words: list[str]) -> int:
+    """Exit code of mpirun's command on the host."""
+    order = json.loads(Path(os.environ[ORDER]).read_text())
+    command = connecting_command(host, guard_command(STARTER, order["mark"]))
+    process = start_child(command, signal.SIGKILL, stdin=subprocess.PIPE)
+    assert process.stdin is not None
+    with suppress(OSError):  # seen below
+        process.stdin.write(json.dumps({**order, "host": host, "command": " ".join(words)}).encode() + b"\n")
+        process.stdin.flush()
+    code = process.wait()
+    if code < 0 or code == 255:
+        how = f"was killed by signal {-code}" if code < 0 else "ended with code 255"
+        print(f"copepod: host {host}: its connection, process {process.pid}, {how}.", file=sys.stderr, flush=True)
+    return code if code >= 0 else 128 - code
+
+
+if __name__ == "__main__":
+    sys.exit(_main(sys.argv[1], sys.argv[2:]))

@@ -13,10 +13,9 @@ from pathlib import Path
 from subprocess import PIPE
 from typing import Any
 
-from copepod_run import hosts
+from copepod_run import components, hosts
 from copepod_run.cleanup import remove_folders
 from copepod_run.errors import BadCase
-from copepod_run.host_agent import ORDER
 from copepod_run.host_guard import GUARD, digest
 from copepod_run.launcher import Launcher
 from copepod_run.messages import Stage, say
@@ -39,10 +38,9 @@ class HostConnection:
     Ends with this command; the guard then ends everything on that host.
     """
 
-    def __init__(self, host: str, mark: str, order: Mapping[str, Any]) -> None:
+    def __init__(self, host: str, order: Mapping[str, Any]) -> None:
         """Sends the order at once; wait_until_ready() has the answer."""
         self.host = host
-        self._mark = mark
         self.wrong: list[Wrong] = []  # what the last answer reported
         self.address = ""  # of this host as seen from there, empty if unknown
         self.left: int | None = None  # processes that could not be ended, once the guard has ended the others
@@ -50,7 +48,7 @@ class HostConnection:
         self._asked = self._received = 0
         self._reader = EventReader()  # ignores what a login script prints
         self._is_ready = self.is_closed = False
-        command = hosts.connecting_command(host, hosts.guard_command(GUARD, mark))
+        command = hosts.connecting_command(host, hosts.guard_command(GUARD, order["mark"]))
         self._popen = start_child(command, signal.SIGKILL, stdin=PIPE, stdout=PIPE, stderr=PIPE)
         self.pid = self._popen.pid
         self._order = {**order, "host": host}
@@ -96,7 +94,7 @@ class HostConnection:
 
     def end_stopped_guard(self) -> None:
         """Reaches the host anew to end a guard that does not answer; nothing happens if the host does not either."""
-        command = hosts.connecting_command(self.host, hosts.ending_command(GUARD, self._mark))
+        command = hosts.connecting_command(self.host, hosts.ending_command(GUARD, self._order["mark"]))
         with suppress(subprocess.TimeoutExpired):
             subprocess.run(
                 command,
@@ -120,14 +118,12 @@ class HostConnection:
 
     def why_closed(self) -> str:
         """The last line of ssh, or how it ended."""
-        try:
-            code: int | None = self._popen.wait(timeout=1)
-        except subprocess.TimeoutExpired:
-            code = None
-        try:
-            lines = (self._stderr.read() or b"").decode(errors="replace").strip().splitlines()
-        except OSError:
-            lines = []
+        code, written = None, b""
+        with suppress(subprocess.TimeoutExpired):
+            code = self._popen.wait(timeout=1)
+        with suppress(OSError):
+            written = self._stderr.read() or b""
+        lines = written.decode(errors="replace").strip().splitlines()
         if code is not None and code < 0:
             return f"its connection, process {self.pid}, was killed by signal {-code}"
         return lines[-1].strip().rstrip(".") if lines else f"the connection ended with code {code}"
@@ -165,7 +161,7 @@ class HostConnection:
 
 
 class HostsLauncher(Launcher):
-    """mpirun is a child of this command and starts ranks elsewhere through host_agent.py."""
+    """mpirun is a child of this command and starts ranks elsewhere through `python3 -m copepod_run.hosts`."""
 
     def __init__(self, scratch: Scratch, locks: Sequence[int], plan: Plan) -> None:
         self._sign = scratch.run_path / ".alive" / scratch.mark  # a file that exists as long as the run does
@@ -191,21 +187,21 @@ class HostsLauncher(Launcher):
             "folders": [str(self._scratch.files), str(self._scratch.shared_memory)],
             "sign": str(self._sign),
             "program": program,
-            "build": "" if self._plan.fluid_command else digest(program),
+            "build": "" if "fluid" in self._plan.commands else digest(program),
             "silence_s": self._plan.silence_s,
         }
         fresh_folder(self._sign.parent, self._scratch.mark)
         self._sign.touch()
-        with Stage(f"connecting to {', '.join(host.name for host in others)}"):
+        with Stage(f"connecting to {', '.join(others)}"):
             for host in others:
                 files = {str(keys["fluid"]): keys["fluid"].read_text()} if keys and host == first else {}
-                self._connections.append(HostConnection(host.name, self._scratch.mark, {**order, "files": files}))
+                self._connections.append(HostConnection(host, {**order, "files": files}))
             for connection in self._connections:
                 connection.wait_until_ready()
         if first is None or planned.startswith("tcp://"):
             return keys, self._scratch.endpoint(planned)
-        address = next(connection.address for connection in self._connections if connection.host == first.name)
-        return keys, hosts.free_endpoint(address, first.name)
+        address = next(connection.address for connection in self._connections if connection.host == first)
+        return keys, hosts.free_endpoint(address, first)
 
     def environment(self, environment: Mapping[str, str]) -> dict[str, str]:
         """Of mpirun, so that it starts ranks through us; the same settings go to the other hosts."""
@@ -214,24 +210,18 @@ class HostsLauncher(Launcher):
         settings = {
             "OMPI_MCA_plm": "rsh",
             "OMPI_MCA_ras": "^slurm",
-            "OMPI_MCA_plm_rsh_agent": "/usr/bin/python3 -S -P -B -m copepod_run.host_agent",
+            "OMPI_MCA_plm_rsh_agent": "/usr/bin/python3 -S -P -B -m copepod_run.hosts",
             "OMPI_MCA_plm_rsh_no_tree_spawn": "1",
             "OMPI_MCA_orte_leave_session_attached": "1",
             "OMPI_MCA_orte_default_hostfile": str(self._scratch.files / "hosts"),
             "OMPI_MCA_rmaps_base_mapping_policy": "slot",
-            "OMPI_MCA_hwloc_base_binding_policy": "none",
-            "OMPI_MCA_mpi_yield_when_idle": "1",
-            ORDER: str(order_file),
+            **components.ON_SHARED_CORES,
+            hosts.ORDER: str(order_file),
             "PYTHONPATH": os.pathsep.join([str(folder), *environment.get("PYTHONPATH", "").split(os.pathsep)]),
         }
         complete = {**environment, **settings}
         passed_on = {name: value for name, value in complete.items() if name.startswith(_PASSED_ON)}
-        order = {
-            "mark": self._scratch.mark,
-            "component": "fluid",
-            "cwd": os.getcwd(),
-            "environment": passed_on,
-        }
+        order = {"mark": self._scratch.mark, "component": "fluid", "cwd": os.getcwd(), "environment": passed_on}
         order_file.write_text(json.dumps(order))
         (self._scratch.files / "hosts").write_text(hosts.hostfile_text(self._plan))
         return complete

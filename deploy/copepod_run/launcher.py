@@ -1,4 +1,5 @@
-"""The processes of a run on this machine: each in a session of its own, marked, ended with this command."""
+"""The processes of a run on this machine: each in a session of its own, marked, ended with this command. Campaigns and
+Python start a whole run as one process."""
 
 import os
 import subprocess
@@ -6,12 +7,14 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import IO
 
 from copepod_run import cleanup
 from copepod_run.cleanup import COMPONENT, MARK
 from copepod_run.outcome import Failure, lost
 from copepod_run.processes import ENDED, Attention, Looker, Wrong, adopt_orphans
 from copepod_run.processes import family_of, own_host, reap_orphans, start_child, state_of
+from copepod_run.progress import Event, EventReader
 from copepod_run.scratch import Scratch
 
 LOOK_EVERY_S = 0.5  # how often look() is called
@@ -34,22 +37,20 @@ class Launcher:
         adopt_orphans()
         self._scratch = scratch
         self._guard = cleanup.Guard(f"{MARK}={scratch.mark}", scratch.folders, locks)
-        self._processes: list["Process"] = []
+        self.processes: dict[str, "Process"] = {}  # that have been started, by name
         self._attention = Attention()
         self._looker = Looker(own_host())
         self._since: dict[Wrong, float] = {}  # when that was seen first
 
     def start(
         self, name: str, command: Sequence[str], environment: Mapping[str, str], logs: Path, events: int | None = None
-    ) -> "Process":
+    ) -> None:
         """Starts `command`; both outputs go to NAME.out in `logs`, except that stdout may be the pipe end `events`.
 
         Raises OSError if it cannot be started.
         """
         variables = {**environment, MARK: self._scratch.mark, COMPONENT: name}
-        process = Process(name, command, variables, logs, events)
-        self._processes.append(process)
-        return process
+        self.processes[name] = Process(name, command, variables, logs, events)
 
     def look(self) -> Failure | None:
         """What cannot continue: a process stopped by a signal, or a rank whose end mpirun missed, for too long."""
@@ -77,7 +78,7 @@ class Launcher:
     def close(self) -> None:
         """Ends what is left and removes every temporary file."""
         self.end_all()
-        for process in self._processes:
+        for process in self.processes.values():
             process.collect()
         reap_orphans()
         cleanup.remove_folders(self._scratch.folders)
@@ -89,13 +90,12 @@ class Launcher:
     def _wrong(self) -> Iterator[Wrong]:
         """Every process that is not as it should be."""
         yield from self._looker.wrong(
-            [pid for process in self._processes for pid in family_of(process.pid)], self._fluid_lives()
+            [pid for process in self.processes.values() for pid in family_of(process.pid)], self._fluid_lives()
         )
 
     def _fluid_lives(self) -> bool:
         """Whether mpirun does."""
-        fluid = next((process.pid for process in self._processes if process.name == "fluid"), None)
-        return fluid is not None and state_of(fluid) not in ENDED
+        return "fluid" in self.processes and state_of(self.processes["fluid"].pid) not in ENDED
 
 
 class Process:
@@ -142,3 +142,47 @@ class Process:
                 return file.read().decode(errors="replace")
         except FileNotFoundError:
             return ""
+
+
+class RunProcess:
+    """A `copepod run`: its events, its lines, and how it ends.
+
+    It ends with the thread that has started it. SIGTERM lets it write a checkpoint.
+    """
+
+    def __init__(self, command: Sequence[str], environment: Mapping[str, str], output: IO[bytes] | int) -> None:
+        """`command`: up to its options; `output`: for the result table."""
+        self._popen = start_child(
+            [*command, "--progress", "json"],
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.PIPE,
+        )
+        assert self._popen.stderr is not None
+        self._stderr = self._popen.stderr
+        self.descriptor = self._stderr.fileno()  # becomes readable when there is something to read()
+        self.exit_code: int | None = None  # 128 + number if a signal has ended it
+        self._reader = EventReader(on_other=lambda line: self._note(line.decode(errors="replace")))
+
+    def read(self) -> None:
+        """Takes what has arrived, after waiting for some; at the end of the process `exit_code` is set."""
+        received = os.read(self.descriptor, 65536)
+        for event in self._reader.feed(received):
+            if event["event"] == "notice":
+                self._note(f"copepod: {event['text']}")
+            else:
+                self._take(event)
+        if not received:
+            code = self._popen.wait()
+            self._stderr.close()
+            self.exit_code = code if code >= 0 else 128 - code
+
+    def _take(self, event: Event) -> None:
+        """For derived classes: an event that is not a notice."""
+
+    def _note(self, line: str) -> None:
+        """For derived classes: a line for people."""
+
+    def send(self, number: int) -> None:
+        self._popen.send_signal(number)

@@ -1,6 +1,7 @@
 """Names that people read and that stay apart: of swept keys, of folders, of places in a page."""
 
 import hashlib
+import itertools
 import re
 from collections import Counter
 from collections.abc import Sequence
@@ -45,9 +46,8 @@ def distinct_words(names: Sequence[str]) -> list[str]:
     taken: set[str] = set()
     for name in names:
         word = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_") or "run"
-        number = 1
-        while (unique := word if number == 1 else f"{word}_{number}").casefold() in taken:
-            number += 1
+        numbered = itertools.chain([word], (f"{word}_{number}" for number in itertools.count(2)))
+        unique = next(candidate for candidate in numbered if candidate.casefold() not in taken)
         taken.add(unique.casefold())
         words.append(unique)
     return words

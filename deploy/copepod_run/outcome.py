@@ -58,7 +58,7 @@ class Exit:
     reason: str = ""  # why mpirun lost a host
 
 
-_HOST_LOST = re.compile(r"^copepod: host (\S+): (.+)$", re.MULTILINE)  # host_guard.py, host_agent.py
+_HOST_LOST = re.compile(r"^copepod: host (\S+): (.+)$", re.MULTILINE)  # host_guard.py, hosts.py
 _DAEMON_LOST = re.compile(r"lost communication with a remote daemon.*? Remote daemon\s*: \S+ on node (\S+)")
 _AGENT_LOST = "ORTE was unable to reliably start one or more daemons"
 _RANK_KILLED = re.compile(r"process rank (\d+) with PID \d+ on node\s+(\S+)\s+exited on\s+signal (\d+)", re.DOTALL)

@@ -24,9 +24,8 @@ class Plan:
     steps: int
     case: dict[str, Any]
     fluid_ranks: int
-    fluid_command: list[str] | None  # replaces our fluid service
     body_solver: str  # "own", "bullet", "mujoco" or "external"
-    body_command: list[str] | None  # replaces the body service
+    commands: dict[str, list[str]]  # of the components that replace our services, by role
     transport: str  # "ipc" or "tcp://host:port"
     hosts: list[str]  # «name» or «name:ranks»; empty: this machine alone
     silence_s: float  # longest time without an answer between the processes
@@ -38,10 +37,6 @@ class Plan:
     sweep: dict[str, Any] | None = None  # of a case that is several: swept keys, values and settings of each member
     surfaces: dict[str, Any] | None = None  # of bodies and obstacles, if they were asked for
     unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
-
-    def command_of(self, role: str) -> list[str] | None:
-        """Replaces our fluid or body service."""
-        return self.fluid_command if role == "fluid" else self.body_command
 
 
 @dataclass(frozen=True)
@@ -83,9 +78,8 @@ def _plan_of_case(plan: dict[str, Any]) -> Plan:
     return Plan(
         **{key.name: plan[key.name] for key in fields(Plan) if key.name in plan},
         fluid_ranks=int(services["fluid"]["ranks"]),
-        fluid_command=services["fluid"].get("command"),
         body_solver=services["body"].get("solver", "own"),
-        body_command=services["body"].get("command"),
+        commands={role: services[role]["command"] for role in ("fluid", "body") if services[role].get("command")},
         transport=services["transport"],
         hosts=services.get("hosts", []),
         silence_s=float(services.get("silence_s", COUPLER_SILENCE_S)),

@@ -4,14 +4,13 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from copepod_run.messages import draw, draws, is_utf8, report, say, speaks_json, width
+from copepod_run.run_directory import replace_text
 
 Event = dict[str, Any]
-Clock = Callable[[], float]
 
 LINE_EVERY_S = 5.0
 RECORD_EVERY_S = 0.5
@@ -71,7 +70,7 @@ def clock_text(seconds: float) -> str:
 class Progress:
     """Shows how far a run is, and keeps phase and last step in a file for `copepod watch`."""
 
-    def __init__(self, cells: int, path: Path, clock: Clock = time.monotonic) -> None:
+    def __init__(self, cells: int, path: Path, clock: Callable[[], float] = time.monotonic) -> None:
         """`cells`: per step, for the speed in MLUPS."""
         self._cells = cells
         self._path = path
@@ -108,11 +107,7 @@ class Progress:
             say(", ".join(words))
 
     def _record(self) -> None:
-        """Replaces the file at once; a full disk must not end a run that needs no space."""
-        fresh = self._path.with_suffix(".new")
-        with suppress(OSError):
-            fresh.write_text(json.dumps(self._state) + "\n")
-            fresh.replace(self._path)
+        replace_text(self._path, json.dumps(self._state) + "\n")
 
 
 def bar(event: Event, cells: int, columns: int) -> str:

@@ -47,10 +47,6 @@ class RunDirectory:
     def close(self) -> None:
         os.close(self.lock)
 
-    def summary(self) -> dict[str, Any] | None:
-        """summary.json, or None if there is none that can be read."""
-        return read_object(self.path / "summary.json") or None
-
     def record_exit(self, code: int, reason: str) -> None:
         """Adds to provenance.json how the run ended, for a coupler that could not do so itself. Never raises.
 
@@ -63,7 +59,7 @@ class RunDirectory:
         provenance |= {"status": "failed", "exit_code": code, "exit_reason": reason}
         if not provenance.get("end"):
             provenance["end"] = datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds")
-        _replace(path, json.dumps(provenance, indent=2) + "\n")
+        replace_text(path, json.dumps(provenance, indent=2) + "\n")
 
 
 def shown(path: Path) -> str:
@@ -80,9 +76,9 @@ def read_object(path: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _replace(path: Path, text: str) -> None:
-    """At once; on a full disk in the blocks that the file has. What cannot be written is lost: the run's own failure
-    matters more."""
+def replace_text(path: Path, text: str) -> None:
+    """Of a file, at once; on a full disk in the blocks that the file has. What cannot be written is lost: the run, and
+    the reason of its failure, matter more."""
     fresh = path.with_suffix(".json.new")
     try:
         fresh.write_text(text)

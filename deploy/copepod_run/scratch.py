@@ -27,15 +27,14 @@ class Scratch:
     that this program did not make is never removed, whatever its name.
     """
 
-    def __init__(self, run_path: Path, mark: str) -> None:
-        """`mark`: of the run."""
+    def __init__(self, run_path: Path | None, mark: str) -> None:
+        """`run_path`: the run directory, None for one more private folder; `mark`: of the run."""
         folders = (folder for where in _PLACES for folder in Path(where).glob("copepod-*"))
         cleanup.remove_folders(folder for folder in folders if _is_abandoned(folder))
         self.mark = mark
         self.folders: list[Path] = []
         self.locks: list[int] = []  # descriptors
-        self.is_kept = False  # for guarded_folder
-        self.run_path = Path(run_path)
+        self.run_path = run_path or self._private_folder("/tmp")
         self.files = self._private_folder("/tmp")  # a short path, on a file system that has sockets
         self.shared_memory = self._private_folder("/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp")
 
@@ -70,16 +69,13 @@ class Scratch:
         return f"ipc://{self.files}/coupler.ipc" if transport == "ipc" else transport
 
     def _private_folder(self, where: str) -> Path:
-        folder = _temporary_folder(where, self.mark)
+        """Claimed, and locked, so that no other run sweeps it."""
+        folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
+        cleanup.claim(folder, self.mark)
         self.folders.append(folder)
-        self.hold(folder)
+        self.locks.append(os.open(folder, os.O_RDONLY | os.O_DIRECTORY))
+        take_lock(self.locks[-1])
         return folder
-
-    def hold(self, folder: Path) -> None:
-        """Locks a claimed folder, which no other run then sweeps."""
-        lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-        self.locks.append(lock)
-        take_lock(lock)
 
     def close(self) -> None:
         for lock in self.locks:
@@ -99,12 +95,6 @@ def fresh_folder(folder: Path, mark: str) -> None:
     cleanup.claim(folder, mark)
 
 
-def _temporary_folder(where: str, mark: str) -> Path:
-    folder = Path(tempfile.mkdtemp(prefix=f"copepod-{os.getpid()}-", dir=where))
-    cleanup.claim(folder, mark)
-    return folder
-
-
 def _is_abandoned(folder: Path) -> bool:
     """Whether this is a private folder of a run that nothing holds any more: command and guard have been killed."""
     try:
@@ -119,17 +109,15 @@ def _is_abandoned(folder: Path) -> bool:
 def guarded_folder() -> Iterator[Scratch]:
     """A private folder, `run_path`, and marked processes of a command without a run directory: nothing of them remains.
 
-    Every process that is to end with the command has `mark` as its COPEPOD_RUN. With `is_kept` the folder alone stays.
+    Every process that is to end with the command has `mark` as its COPEPOD_RUN. A folder taken from `folders` stays.
     """
-    mark = secrets.token_hex(16)
-    path = _temporary_folder("/tmp", mark)  # a short path: it holds sockets
-    scratch = Scratch(path, mark)
-    scratch.hold(path)
-    guard = cleanup.Guard(f"{MARK}={mark}", [path, *scratch.folders], scratch.locks)
+    scratch = Scratch(None, secrets.token_hex(16))
+    mark = f"{MARK}={scratch.mark}"
+    guard = cleanup.Guard(mark, scratch.folders, scratch.locks)
     try:
         yield scratch
     finally:
-        cleanup.end_marked(f"{MARK}={mark}")
-        cleanup.remove_folders(scratch.folders if scratch.is_kept else [path, *scratch.folders])
+        cleanup.end_marked(mark)
+        cleanup.remove_folders(scratch.folders)
         guard.dismiss()
         scratch.close()

@@ -4,8 +4,8 @@ import os
 import selectors
 import signal
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
@@ -38,18 +38,10 @@ class Ending:
 class Watch:
     """One attempt of a run, from the start of its processes to its ending."""
 
-    def __init__(
-        self,
-        launcher: Launcher,
-        processes: Sequence[Process],
-        events: int,
-        signals: SignalRecorder,
-        display: Progress,
-        ranks: int,
-    ) -> None:
-        """`processes`: started by `launcher`; `events`: descriptor of the coupler's stdout."""
+    def __init__(self, launcher: Launcher, events: int, signals: SignalRecorder, display: Progress, ranks: int) -> None:
+        """`launcher`: has started all processes; `events`: descriptor of the coupler's stdout."""
         self._launcher = launcher
-        self._host = processes[0].host  # the coupler's
+        self._host = launcher.processes["coupler"].host
         self._signals = signals
         self._display = display
         self._ranks = ranks
@@ -57,7 +49,7 @@ class Watch:
         self._mpirun_reported_at: float | None = None
         self._waited_for_mpirun = False
         self._reader = EventReader()
-        self._alive = {process.name: process for process in processes}
+        self._alive = dict(launcher.processes)
         self._exits: list[Exit] = []
         self._reported: Failure | None = None
         self._summary = ""
@@ -66,12 +58,10 @@ class Watch:
         self.phase = ""
         self.last_step = -1
         self._selector = selectors.DefaultSelector()
-        self._selector.register(events, selectors.EVENT_READ, lambda: self._read_events(events))
+        self._selector.register(events, selectors.EVENT_READ, partial(self._read_events, events))
         self._selector.register(signals.descriptor, selectors.EVENT_READ, self._read_signals)
-        for process in processes:
-            self._selector.register(
-                process.descriptor, selectors.EVENT_READ, lambda process=process: self._note_exit(process)
-            )
+        for process in launcher.processes.values():
+            self._selector.register(process.descriptor, selectors.EVENT_READ, partial(self._note_exit, process))
 
     def wait(self) -> Ending:
         """Ending of the run; processes may still be alive then."""

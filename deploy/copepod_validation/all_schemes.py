@@ -28,13 +28,8 @@ _COLLISIONS = ("bgk", "trt", "central_moments")
 _BOUNDARIES = ("bounce_back", "interpolated", "central_linear", "parabolic")
 _REFILLS, _PRECISIONS = ("nonequilibrium", "equilibrium", "grad"), ("double", "single")
 _TAUS = (0.51, 0.55, 0.6, 0.667, 0.8, 1.0, 1.5, 2.0, 3.0)
-_MOTIONS = {
-    "fixed": None,
-    "driven": None,
-    "heavy": 2.0,
-    "light": 0.1,
-    "lightest": 0.01,
-}  # density, if free, over fluid's
+# Density over the fluid's, if free.
+_MOTIONS = {"fixed": None, "driven": None, "heavy": 2.0, "light": 0.1, "lightest": 0.01}
 _LIMIT = {2.0: 10.0, 4.0: 5.0, 8.0: 3.0}  # of deviations [%], by radius
 _WAY, _AXIS, _FRAME = np.array((0.36, 0.48, 0.8)), np.array((0.48, 0.64, -0.6)), np.array((0.8, -0.6, 0.1))
 _SMOOTH_STEPS = 15

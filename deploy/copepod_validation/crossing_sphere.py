@@ -79,14 +79,11 @@ def section(results: Results[dict[str, Any]]) -> Section:
         "{raw:.2f} | {peak:.2f} | {averaged:.2f} | {lateral:.2f}".format(**noise)
         for scheme, point, noise in sorted(results, key=lambda result: (result[1].path, result[1].tau))
     ]
-    overview = {
-        scheme: {
-            "noise, raw [% rms]": f"{max(noise['raw'] for noise in found):.2f}",
-            "averaged [% rms]": f"{max(noise['averaged'] for noise in found):.2f}",
-            "work at the surface [%]": f"{np.median([noise['work'] for noise in found]):.1f}",
-        }
-        for scheme, found in by_scheme(results).items()
-    }
+    overview = {}
+    for scheme, found in by_scheme(results).items():
+        overview[scheme, "noise, raw [% rms]"] = f"{max(noise['raw'] for noise in found):.2f}"
+        overview[scheme, "averaged [% rms]"] = f"{max(noise['averaged'] for noise in found):.2f}"
+        overview[scheme, "work at the surface [%]"] = f"{np.median([noise['work'] for noise in found]):.1f}"
     markdown = markdown_table(heads, rows) + "\n\n![Spectra of the noise](accuracy_noise.png)"
     return Section(markdown, overview, {"accuracy_noise.png": _figure(results)})
 

@@ -11,6 +11,7 @@ from copepod_run.figures import markdown_table
 CaseDict = dict[str, Any]
 Value = TypeVar("Value")
 Results = Sequence[tuple[str, Any, Value]]  # scheme, point, and what was measured there
+Overview = dict[tuple[str, str], str]  # what the page shows of a scheme below a heading
 
 SCHEMES: dict[str, dict[str, str]] = {
     "paper": {"collision": "bgk", "moving_boundary": "bounce_back", "refill": "equilibrium"},
@@ -35,10 +36,10 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Section:
-    """Part of the page: Markdown, (column, value) of the overview by scheme, and figures as PNG by file name."""
+    """Part of the page: Markdown, what the overview has of it, and figures as PNG by file name."""
 
     markdown: str
-    overview: dict[str, dict[str, str]]
+    overview: Overview
     figures: dict[str, bytes] = field(default_factory=dict)
 
 
@@ -112,12 +113,10 @@ def by_scheme(results: Results[Value]) -> dict[str, list[Value]]:
     return found
 
 
-def worst(
-    results: Results[Value], head: str, error: Callable[[Value], float], form: str = "+.1f"
-) -> dict[str, dict[str, str]]:
-    """The largest error with each scheme, for the overview."""
+def worst(results: Results[Value], head: str, error: Callable[[Value], float], form: str = "+.1f") -> Overview:
+    """The largest error with each scheme."""
     found = by_scheme(results)
-    return {scheme: {head: format(max(map(error, values), key=abs), form)} for scheme, values in found.items()}
+    return {(scheme, head): format(max(map(error, values), key=abs), form) for scheme, values in found.items()}
 
 
 def table_by_point(

@@ -76,6 +76,4 @@ def section(results: Results[np.ndarray]) -> Section:
         "changes [%]."
     )
     overview = worst(moves, "frames [%]", float, "+.2f")
-    for scheme, found in worst(turns, "frames, turning [ρVωv]", lambda both: both[0], ".3f").items():
-        overview.setdefault(scheme, {}).update(found)
-    return Section(markdown, overview)
+    return Section(markdown, overview | worst(turns, "frames, turning [ρVωv]", lambda both: both[0], ".3f"))

@@ -15,7 +15,7 @@ from copepod_campaign import campaign
 from copepod_report.trajectory import Trajectory
 from copepod_run.errors import BadCase
 from copepod_run.figures import markdown_table
-from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Section, experiments
+from copepod_validation.experiment import SCHEMES, CaseDict, Experiment, Overview, Section, experiments
 
 # Each has points (see `experiments`), case_of(point), evaluate(trajectory, point) and section(results); accuracy.md
 # has what it compares with.
@@ -75,22 +75,22 @@ def write_page(folder: Path, sections: Mapping[str, Section], command: str, buil
 
     `part`: what of the matrix it leaves out, or nothing.
     """
-    overview: dict[str, dict[str, str]] = {}
+    overview: Overview = {}
     for section in sections.values():
-        for scheme, figures in section.overview.items():
-            overview.setdefault(scheme, {}).update(figures)
+        overview |= section.overview
         for name, content in section.figures.items():
             (folder / name).write_bytes(content)
-    heads = list(dict.fromkeys(head for figures in overview.values() for head in figures))
-    rows = [["keys", *(", ".join(f"`{value}`" for value in SCHEMES[scheme].values()) for scheme in overview)]]
-    rows += [[head, *(figures.get(head, "–") for figures in overview.values())] for head in heads]
-    schemes = ["", *(f"`{scheme}`" for scheme in overview)]
+    schemes = list(dict.fromkeys(scheme for scheme, _ in overview))
+    heads = dict.fromkeys(head for scheme in schemes for one, head in overview if one == scheme)
+    columns = ["", *(f"`{scheme}`" for scheme in schemes)]
+    rows = [["keys", *(", ".join(f"`{value}`" for value in SCHEMES[scheme].values()) for scheme in schemes)]]
+    rows += [[head, *(overview.get((scheme, head), "–") for scheme in schemes)] for head in heads]
     head, *texts = _TEXT.split("\n## ")
     text_of = dict(text.split("\n\n", 1) for text in texts)
     written = f"This command wrote the page on {datetime.date.today()} ({processor()}; programs {build}). It holds the "
-    written += f"cases {', '.join(sections)} with the schemes {', '.join(overview)}{part}."
+    written += f"cases {', '.join(sections)} with the schemes {', '.join(schemes)}{part}."
     parts = [head.format(command=command), *_wrapped(written), f"## What to choose\n\n{text_of['What to choose']}"]
-    parts += ["## Overview", markdown_table(" | ".join(schemes), map(" | ".join, rows))]
+    parts += ["## Overview", markdown_table(" | ".join(columns), map(" | ".join, rows))]
     for case, section in sections.items():
         title = case.replace("_", " ").capitalize()
         parts += [f"## {title}", text_of[title], *_wrapped(section.markdown)]

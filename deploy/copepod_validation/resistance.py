@@ -74,8 +74,7 @@ def case_of(point: Point) -> CaseDict:
     planes = [] if axis == "z" else ["y"]
     boundaries = {"x": "periodic", "y": "free_slip" if planes else "periodic", "z": "no_slip"}
     cells, steps = [int(edge * R) for edge in box], int(1000 * (R / 4) ** 2)
-    case = lattice_case(cells, 2.0, boundaries, bodies, steps, steps - 2, symmetry_planes=planes)
-    return case | {"lubrication": {"cut_off_cells": "auto"}}
+    return lattice_case(cells, 2.0, boundaries, bodies, steps, steps - 2, symmetry_planes=planes)
 
 
 def evaluate(run: Trajectory, point: Point) -> tuple[float, float]:

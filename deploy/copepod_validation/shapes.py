@@ -152,5 +152,5 @@ def section(results: Results[Drags]) -> Section:
     overview = {}
     for scheme, of_shapes in by_scheme(shapes).items():
         means = [mean for each in of_shapes for mean in each.mean(axis=0)]
-        overview[scheme] = {"spheroids, cube [%]": f"{min(means):+.2f} … {max(means):+.2f}"}
+        overview[scheme, "spheroids, cube [%]"] = f"{min(means):+.2f} … {max(means):+.2f}"
     return Section(markdown, overview)

@@ -78,22 +78,18 @@ def _mobility_by_images(point: Point) -> float:
 
 
 def case_of(point: Point) -> CaseDict:
-    middle = 0.5 * point.edge
+    middle, approaches = 0.5 * point.edge, point.kind == "approaching"
     flow: CaseDict = {"symmetry_planes": ["x", "y"]}
-    if point.kind != "approaching":
+    if not approaches:
         flow["body_force_N_per_m3"] = [0, 0, point.body_force]
         flow["initial_flow"] = uniform_flow(_SPEED)
     bodies = []
     for name, side in (("sphere", -1), ("other", 1)):
         place = (middle, middle, middle + 0.3 + side * (1 + 0.5 * point.gap) * RADIUS)
-        if point.kind == "approaching":
-            bodies.append(sphere(RADIUS, place, "prescribed", velocity_m_per_s=[0, 0, -side * _APPROACH]))
-        else:
-            bodies.append(sphere(RADIUS, place, "fixed"))
-        bodies[-1]["name"] = name
+        motion: CaseDict = {"velocity_m_per_s": [0, 0, -side * _APPROACH]} if approaches else {}
+        bodies.append(sphere(RADIUS, place, "prescribed" if approaches else "fixed", name=name, **motion))
     boundaries = {"x": "free_slip", "y": "free_slip", "z": "periodic"}  # x and y are planes of symmetry
-    case = lattice_case([point.edge] * 3, 1.0, boundaries, bodies, point.steps, **flow)
-    return case | {"lubrication": {"cut_off_cells": "auto"}}
+    return lattice_case([point.edge] * 3, 1.0, boundaries, bodies, point.steps, **flow)
 
 
 def evaluate(run: Trajectory, point: Point) -> float:

@@ -138,10 +138,8 @@ def section(results: Results[tuple[float, float]]) -> Section:
     overview = {}
     for scheme, dilute in by_scheme([array for array in arrays if array[1].solid_fraction <= 0.125]).items():
         means = np.mean(dilute, axis=1)
-        overview[scheme] = {
-            "array drag, φ ≤ 0.125 [%]": f"{min(means):+.2f} … {max(means):+.2f}",
-            "spread [%]": f"{max(map(_spread, dilute)):.2f}",
-        }
+        overview[scheme, "array drag, φ ≤ 0.125 [%]"] = f"{min(means):+.2f} … {max(means):+.2f}"
+        overview[scheme, "spread [%]"] = f"{max(map(_spread, dilute)):.2f}"
     return Section(markdown, overview, {"accuracy_array.png": _figure(arrays)})
 
 

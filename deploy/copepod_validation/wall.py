@@ -68,8 +68,7 @@ def case_of(point: Point) -> CaseDict:
     planes = ["x", "y"] if point.way == "towards" else ["y"]
     boundaries = {"x": "periodic", "z": "no_slip", **{axis: "free_slip" for axis in planes}}  # which here is periodic
     box, start = [int(16 * R), int(16 * R), int(12 * R)], point.steps * 2 // 3
-    case = lattice_case(box, 1.0, boundaries, [body], point.steps, start, symmetry_planes=planes)
-    return case | {"lubrication": {"cut_off_cells": "auto"}}
+    return lattice_case(box, 1.0, boundaries, [body], point.steps, start, symmetry_planes=planes)
 
 
 def evaluate(run: Trajectory, point: Point) -> tuple[float, float, float]:

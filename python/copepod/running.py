@@ -20,12 +20,11 @@ from typing import Any
 from copepod.case import Case
 from copepod.errors import CaseError, CaseWarning, Error, RunError, stops_as_errors
 from copepod.results import Campaign, Run, Sample, TrajectoryReader, load
-from copepod_campaign.check import findings
+from copepod_campaign.check import Check, findings
 from copepod_run.checkout import ROOT
 from copepod_run.errors import ExitCode
-from copepod_run.estimate import Check
+from copepod_run.launcher import RunProcess
 from copepod_run.progress import Event, clock_text
-from copepod_run.run_process import RunProcess
 
 _COMMAND = ROOT / "deploy/copepod"
 _LOOK_EVERY_S = 0.2  # at new samples of the trajectory

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "deploy"))
 os.environ["COPEPOD_BIN_DIR"] = os.environ.get("COPEPOD_BUILT_PROGRAMS", str(ROOT / "build/bin"))
 
-from copepod_bench.bench import PUBLISHED, measure_coupled, measure_fluid  # noqa: E402
+from copepod_bench.bench import PUBLISHED, Setup, measure_coupled, measure_fluid  # noqa: E402
 
 ATTEMPTS = 5
 
@@ -67,7 +67,7 @@ class SpeedRatios(unittest.TestCase):
 
 
 def ratio_of(domain, beads, keys, steps):
-    return measure_coupled(domain, beads, 1, steps, samples=1, keys=keys)["median_ratio"]
+    return measure_coupled(Setup(domain, beads, keys=keys), 1, steps, samples=1)["median_ratio"]
 
 
 def shares(measured):

@@ -61,7 +61,7 @@ class HostsRun(Session):
         if kind == "command":
             return not marked and b"copepod_command" in _command_line(pid)
         if kind == "agent":
-            return marked and b"host_agent" in _command_line(pid)
+            return marked and b"copepod_run.hosts" in _command_line(pid)
         if kind == "connection":
             return name == "ssh"
         if kind == "sshd":  # of a connection, not the one that listens

@@ -180,7 +180,7 @@ class HowFar(unittest.TestCase):
     """A campaign of four cases: one is done, one runs, one waits, one failed."""
 
     def setUp(self):
-        from copepod_campaign.entry import State
+        from copepod_campaign.cases import State
         from copepod_campaign.pool import Pool
         from copepod_run import messages
 

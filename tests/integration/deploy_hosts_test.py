@@ -33,13 +33,13 @@ def plan(*words, ranks=None):
 class Placement(unittest.TestCase):
     def test_ranks_fill_the_hosts_in_order(self):
         three = plan("here", "b:8", "c")
-        self.assertEqual([host.ranks for host in hosts.placement(three)], [1, 8, 1])
+        self.assertEqual(hosts.placement(three), {"here": 1, "b": 8, "c": 1})
         self.assertIsNone(hosts.host_of_rank_0(three))
         self.assertIn("b slots=8\nc slots=1\n", hosts.hostfile_text(three))
         self.assertEqual(hosts.table(three)[1], ("b", "fluid ranks 1 to 8"))
 
     def test_host_without_ranks_is_left_alone(self):
-        self.assertEqual(hosts.host_of_rank_0(plan("here:0", "b")).name, "b")
+        self.assertEqual(hosts.host_of_rank_0(plan("here:0", "b")), "b")
         self.assertEqual(hosts.hostfile_text(plan("here:0", "b")), "b slots=1\n")
         self.assertEqual(hosts.others(plan("here", "b", ranks=1)), [])  # a solver that has one rank
         self.assertEqual(hosts.others(plan()), [])

@@ -47,6 +47,13 @@ class Plain(unittest.TestCase):
             self.lines_at([100.0]), ["copepod: step 500 of 1000 (50 %), 0:04 left, 123 steps/s, 247 MLUPS"]
         )
 
+    def test_phase_and_last_step_are_in_a_file_for_those_who_watch(self):
+        progress = Progress(8, self.path)
+        with contextlib.redirect_stderr(io.StringIO()):
+            progress.phase("running")
+            progress.step({**EVENT, "step": 1000})
+        self.assertEqual(json.loads(self.path.read_text()), {"phase": "running", **EVENT, "step": 1000})
+
     def test_speeds_have_three_digits(self):
         shown = [speed_text(speed, 0) for speed in (0.123, 1.234, 12.34, 123.4, 1234.5)]
         self.assertEqual(shown, [f"{text} steps/s" for text in ("0.12", "1.23", "12.3", "123", "1234")])

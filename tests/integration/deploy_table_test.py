@@ -180,6 +180,10 @@ class ResultTable(unittest.TestCase):
 
 
 class Estimates(unittest.TestCase):
+    def test_sizes_have_the_largest_unit_of_which_there_is_one(self):
+        for size, text in ((0, "0 kB"), (1, "0.001 kB"), (999_499, "999 kB"), (999_500, "1 MB"), (4.6e11, "460 GB")):
+            self.assertEqual(estimate.size_text(size), text)
+
     def test_come_from_runs_that_lasted(self):
         with tempfile.TemporaryDirectory() as folder, mock.patch.object(estimate, "_SPEEDS", Path(folder) / "speeds"):
             for steps, wall_s, shown in ((2, 5.0, None), (1000, 0.1, None), (1000, 10.0, 1.0), (2, 5.0, 1.0)):

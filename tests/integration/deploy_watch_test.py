@@ -51,7 +51,6 @@ class FakeLauncher(Launcher):
 
     def start(self, name, command, environment, logs, events=None):
         self.processes[name] = FakeProcess(name, command[0])
-        return self.processes[name]
 
     def look(self):
         return self.trouble
@@ -82,14 +81,15 @@ class WatchOfThreeHosts(unittest.TestCase):
         self.launcher = FakeLauncher()
         self.addCleanup(self.launcher.close)
         hosts = {"coupler": "a", "fluid": "b", "body": "c"}
-        processes = [self.launcher.start(name, [host], {}, Path("logs")) for name, host in hosts.items()]
+        for name, host in hosts.items():
+            self.launcher.start(name, [host], {}, Path("logs"))
         events, self.coupler_stdout = os.pipe()
         self.addCleanup(os.close, events)
         self.addCleanup(os.close, self.coupler_stdout)
         signals = SignalRecorder()
         self.addCleanup(signals.__exit__)
         self.display = Display()
-        self.watch = Watch(self.launcher, processes, events, signals.__enter__(), self.display, ranks=1)
+        self.watch = Watch(self.launcher, events, signals.__enter__(), self.display, ranks=1)
         self.addCleanup(self.watch.close)
 
     def emit(self, **event):

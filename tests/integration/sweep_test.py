@@ -15,6 +15,7 @@ from matplotlib import image
 from browser import CHROMIUM, Browser
 from copepod_session import ROOT, CommandTest, WholeRunTest
 from synthetic_run import write_run
+from copepod_campaign import cases
 from copepod_report import sweeps
 from copepod_report.run_record import collect, name_apart
 from copepod_report.style import LIGHT
@@ -43,6 +44,11 @@ class Names(unittest.TestCase):
         self.assertTrue(all(re.fullmatch(r"[\w.+=-]+", name) for name in first), first)
         self.assertEqual(distinct_folders(names[::-1], names[::-1], ["PLAIN"]), first[::-1])
 
+    def test_members_get_such_folders_and_single_cases_keep_their_names(self):
+        named = (("s_v=1/2", {"v": "1/2"}), ("plain", {}), ("s_v=0", {"v": 0}))
+        members = [cases.Member(name, "s", "s.yaml", (), parameters, {}, None) for name, parameters in named]
+        self.assertEqual([member.name for member in cases._named(members)], ["s_v=1_2", "plain", "s_v=0"])
+
     def test_long_names_are_cut_and_stay_apart(self):
         folders = distinct_folders(["é" * 200 + "1", "é" * 200 + "2"], ["1", "2"])
         self.assertEqual(len(set(folders)), 2)
@@ -53,6 +59,7 @@ class Names(unittest.TestCase):
         words = distinct_words(names)
         self.assertEqual(len({word.casefold() for word in words}), len(names), words)
         self.assertTrue(all(words), words)
+        self.assertEqual(distinct_words(["x", "X", "x"]), ["x", "X_2", "x_3"])
 
     def test_units_are_in_the_names_of_keys(self):
         for key, expected in {
@@ -172,6 +179,7 @@ class FakeSweep(CommandTest):
             printed, r"  time +(unknown: nothing like them has finished on this machine yet|about \d+ s, 2 at once)\n"
         )
         self.assertRegex(printed, r"  b +2 runs: steps 20 to 30 \(2 values\)\n")
+        self.assertRegex(printed, r"  cases without a sweep +1\n")
         self.assertRegex(printed, r"  cell updates +60000\n")
         self.assertIn("b_steps=20 and 1 other: warning: short\n", printed)
         self.assertTrue(printed.endswith("ok\n"))

@@ -119,6 +119,8 @@ class Accuracy(WholeRunTest):
         self.assertLess(np.ptp(errors, axis=0).max(), 0.1)
         page = (self.folder / "out/accuracy.md").read_text()
         self.assertIn(f"| sphere | 0.125 | 8.1 | 2 | {errors[1].mean():+.2f}", page)
+        means = sorted(errors.mean(axis=1))
+        self.assertIn(f"| array drag, φ ≤ 0.125 [%] | {means[0]:+.2f} … {means[1]:+.2f} |", page)
         self.assertTrue((self.folder / "out/accuracy_array.png").exists())
 
     def test_noise_of_a_sphere_that_crosses_the_grid_and_nothing_is_computed_twice(self):
