@@ -32,8 +32,8 @@ const prefersLittleMotion = window.matchMedia("(prefers-reduced-motion: reduce)"
 
 class View {
   /** `place`: the element to fill; `live`: new samples will arrive, and the view stays with the newest. */
-  constructor(place, scene, THREE, live = false) {
-    Object.assign(this, { place, scene, THREE, at: 0, playing: false, follows: false, selected: null });
+  constructor(place, scene, live = false) {
+    Object.assign(this, { place, scene, at: 0, playing: false, follows: false, selected: null });
     this.isAtEnd = live;
     this.visible = { paths: true, flow: true, domain: true };
     this.build();
@@ -104,7 +104,7 @@ class View {
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": label });
     this.holder.prepend(this.canvas);
     try {
-      this.stage = new Stage(this.THREE, this.canvas, this.scene, this.motion);
+      this.stage = new Stage(this.canvas, this.scene, this.motion);
     } catch (problem) {
       this.place.replaceChildren(
         element("p", { class: "missing" }, `The interactive view needs WebGL (${problem.message}). The figures show the run.`)
@@ -130,8 +130,8 @@ class View {
   }
 
   bodiesAreSmall() {
-    const size = ({ low, high }) => Math.hypot(...plus(high, low, -1));
-    return size(this.stage.whole()) > 6 * size(this.stage.extent);
+    const length = (extent) => Math.hypot(...sizeOf(extent));
+    return length(this.stage.whole()) > 6 * length(this.stage.extent);
   }
 
   lookAt(what) {
@@ -146,10 +146,10 @@ class View {
     if (!this.stage) return;
     const style = getComputedStyle(this.place);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const [line, face, mirror, arms] = ["--soft", "--line", "--mark", "--soft"].map(colour);
+    const [soft, face, mirror] = ["--soft", "--line", "--mark"].map(colour);
     const beads = [0, 1, 2].map((number) => colour(`--bead-${number}`));
     const flow = colour("--flow").split(",").map((part) => part.trim());
-    this.stage.recolour({ beads, flow, line, face, mirror, arms });
+    this.stage.recolour({ beads, flow, rod: soft, line: soft, face, mirror, obstacle: soft });
   }
 
   /** New samples of a run that continues. */
@@ -253,7 +253,7 @@ class View {
   followBodies() {
     const all = this.stage.states.map((state) => state.position);
     const centre = scaled(all.reduce((sum, position) => plus(sum, position)), 1 / all.length);
-    if (this.follows && this.centre) this.orbit.target = plus(this.orbit.target, plus(centre, this.centre, -1));
+    if (this.follows && this.centre) this.orbit.target.add(new THREE.Vector3(...plus(centre, this.centre, -1)));
     this.centre = centre;
   }
 
@@ -267,10 +267,10 @@ class View {
   }
 
   placeLabels() {
-    const corner = this.stage.domain ? this.stage.domain.low : this.stage.extent.low;
+    const { corner, axes } = this.stage;
     this.labels.forEach((label, axis) => {
       label.hidden = !this.visible.domain;
-      const end = plus(corner, plus(this.stage.axes[axis], corner, -1), 1.06);
+      const end = plus(corner, plus(axes[axis], corner, -1), 1.06);
       const { left, top } = this.stage.projected(end);
       label.style.left = `${100 * left}%`;
       label.style.top = `${100 * top}%`;
@@ -282,7 +282,7 @@ class View {
     const entry = this.selected;
     this.tip.hidden = !entry;
     if (!entry) return;
-    const { position } = this.stage.placed(entry);
+    const position = this.stage.placeOf(entry);
     const { name } = this.scene.bodies[entry.body];
     const text = position.map((value) => value.toPrecision(4)).join(", ");
     const speed = withUnit(this.stage.states[entry.body].speed_m_per_s, "m/s");
@@ -394,19 +394,18 @@ class View {
 
 /** three.js from the page, where it is compressed; only when a view needs it. */
 async function loadThree() {
-  if (window.THREE) return window.THREE;
+  if (window.THREE) return;
   const packed = bytesOf(document.getElementById("three").textContent);
   const code = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   document.head.append(element("script", {}, code));
-  return window.THREE;
 }
 
 /** Fills an element with the view of a scene, or with why there is none; returns the view or null. */
 async function openView(place, scene, live) {
   try {
-    const THREE = await loadThree();
+    await loadThree();
     place.replaceChildren();
-    return new View(place, scene, THREE, live);
+    return new View(place, scene, live);
   } catch (problem) {
     const reason = `The interactive view does not work in this browser (${problem.message}). The figures show the run.`;
     place.replaceChildren(element("p", { class: "missing" }, reason));
