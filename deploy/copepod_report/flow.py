@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import PowerNorm
-from matplotlib.ticker import NullLocator
 
 from copepod_report.fields import MEAN, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, rotated
@@ -273,9 +272,9 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""
     label = f"{kind} in the plane [{prefix}m/s]{relative}"
-    bar = colour_bar(figure, image, label, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
-    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    bar.ax.yaxis.set_minor_locator(NullLocator())
+    place, ticks = axes.inset_axes([1.02, 0, 0.022, 1]), _round_ticks(top / unit)
+    bar = colour_bar(figure, image, label, cax=place, ticks=ticks, format="%g")
+    bar.minorticks_off()
     return figure
 
 
