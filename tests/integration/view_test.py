@@ -217,6 +217,29 @@ class InChromium(unittest.TestCase):
             browser.press(" ")
             self.assertFalse(browser.value("window.copepod.views[0].playing"))
 
+        with self.subTest("zooms with two fingers"):
+            distance = browser.value("window.copepod.views[0].orbit.distance")
+            browser.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+            middle = frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2
+            for kind, apart in (("touchStart", 50), ("touchMove", 70), ("touchMove", 100), ("touchEnd", None)):
+                places = [{"x": middle[0] + side, "y": middle[1]} for side in (-apart, apart)] if apart else []
+                browser.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
+            browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+            self.assertAlmostEqual(browser.value("window.copepod.views[0].orbit.distance") / distance, 0.5, delta=0.05)
+
+        with self.subTest("shows and hides, and looks at the bodies or at the whole domain"):
+            isShown = "window.copepod.views[0].stage.pathLooks[0].visible"
+            browser.value("document.querySelector('[name=paths]').click()")
+            self.assertFalse(browser.value(isShown))
+            browser.value("document.querySelector('[name=paths]').click()")
+            self.assertTrue(browser.value(isShown))
+            distances = []
+            for name in ("bodies", "domain"):
+                browser.value(f"document.querySelector('button[name={name}]').click()")
+                distances.append(browser.value("window.copepod.views[0].orbit.distance"))
+            self.assertLess(distances[0], distances[1])
+            self.assertTrue(browser.value("document.querySelector('[name=flow]').parentElement.hidden"))
+
         with self.subTest("names what is under the pointer"):
             browser.value("window.copepod.views[0].goTo(0); window.copepod.views[0].drawNow()")
             place = browser.value("window.copepod.views[0].stage.projected([20, 20, 56])")

@@ -332,8 +332,9 @@ class Stage {
   }
 
   setVisible(what, visible) {
-    const of = { paths: this.pathLooks, flow: [this.flow], domain: Object.values(this.surroundings).flat() };
-    of[what].forEach((object) => object && (object.visible = visible));
+    const { pathLooks, flow, surroundings } = this;
+    const parts = { paths: pathLooks, flow: flow ? [flow] : [], domain: Object.values(surroundings).flat(), follow: [] };
+    parts[what].forEach((object) => (object.visible = visible));
   }
 
   /** Draws; width and height of the canvas in pixels of the page. */
