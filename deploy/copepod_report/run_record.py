@@ -222,7 +222,6 @@ class SwimmerRecord:
         self.section = section
         self.name = section["name"]
         self.axis = z_axis(section["orientation_wxyz"])
-        self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
         self.bead_names = bead_names(section)
         stroke = section.get("stroke") or {}
@@ -234,7 +233,7 @@ class SwimmerRecord:
 
     def positions(self) -> np.ndarray:
         """Of the beads from the middle bead's start in the run's length unit, shape (3, samples)."""
-        return (self._along_axis("position_m") - self.center_m @ self.axis) / self.run.length_unit[0]
+        return (self._along_axis("position_m") - np.dot(self.section["center_m"], self.axis)) / self.run.length_unit[0]
 
     def displacements_m(self) -> np.ndarray:
         """Of the beads along the axis from where they were in the first sample, shape (3, samples)."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from copepod_run.errors import BadCase
-from copepod_run.figures import prefix_of
+from copepod_run.figures import at, prefix_of
 
 MOST_FRAMES = 1000
 MOST_SAMPLES = 60000  # frames times bodies: 1.1 MB of text
@@ -159,8 +159,7 @@ def _period(case: Mapping[str, Any]) -> int:
     """Steps of a cycle of the first swimmer that has a stroke or a driven arm, or of a joint; 0 if there is none."""
     signals = []
     for swimmer in case.get("swimmers") or []:
-        drives = [arm.get("drive") or {} for arm in swimmer.get("arms") or []]
-        signals += [swimmer.get("stroke"), *(drive.get("signal") for drive in drives)]
+        signals += [swimmer.get("stroke"), *(at(arm, "drive.signal") for arm in swimmer.get("arms") or [])]
     signals += [joint.get("signal") for joint in case.get("joints") or []]
     return next((int(signal["period_steps"]) for signal in signals if signal and signal.get("period_steps")), 0)
 

@@ -58,7 +58,7 @@ def new_figure(height_inches: float, width_inches: float = WIDTH_INCHES, **subpl
     with rc_context(settings):
         figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
         axes = figure.subplots(**subplots)
-    for axis in getattr(axes, "flat", [axes]):
+    for axis in figure.axes:
         axis.grid(True, linewidth=0.5, alpha=0.6)
         axis.set_axisbelow(True)
     return figure, axes

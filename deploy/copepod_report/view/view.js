@@ -49,7 +49,7 @@ class View {
     this.keys = find("details p").textContent;
     this.playButton.onclick = () => this.toggle();
     this.slider.oninput = () => (this.pause(), this.goTo(Number(this.slider.value)));
-    all("[type=checkbox]").forEach((box) => (box.onchange = () => this.switch(box.name, box.checked)));
+    all("[type=checkbox]").forEach((box) => (box.onchange = () => this.setSwitch(box.name, box.checked)));
     all(".switches button").forEach((button) => (button.onclick = () => this.lookAt(button.name)));
     find("[name=flow]").parentElement.hidden = !this.scene.flow;
     find("button[name=domain]").hidden = !this.scene.box || !this.scene.box.size;
@@ -57,7 +57,7 @@ class View {
   }
 
   /** Shows or hides a part of what is drawn, or follows the bodies or not. */
-  switch(what, isOn) {
+  setSwitch(what, isOn) {
     this.switches[what] = isOn;
     if (this.stage) this.stage.setVisible(what, isOn);
     this.draw();
