@@ -31,7 +31,6 @@ def read_cycles(path: Path) -> dict[str, Cycles]:
 def kinematics_so_far(cycles: Cycles) -> dict[str, Any]:
     """Keys of a swimmer's `kinematics` in summary.json, of the last full cycle."""
     last = {column: float(values[-1]) for column, values in cycles.items()}
-    arms = [column.removesuffix("_mean_m") for column in last if column.endswith("_mean_m")]
     optional = ("power_W", "dissipation_W", "efficiency", "Re")  # empty in vacuum
     latest = 1e6 * cycles["u_along_m_per_s"][1:][-5:]
     steady = {}
@@ -46,11 +45,15 @@ def kinematics_so_far(cycles: Cycles) -> dict[str, Any]:
         "tilt_rad": last["tilt_rad"],
         "rotation_rad": [last[f"rotation_{axis}_rad"] for axis in "xyz"],
         "arms": [
-            {"mean_m": last[f"{arm}_mean_m"], "amplitude_m": last[f"{arm}_amplitude_m"]}
-            for arm in arms
-            if not np.isnan(last[f"{arm}_mean_m"])
+            {"mean_m": last[f"{arm}_mean_m"], "amplitude_m": last[f"{arm}_amplitude_m"]} for arm in _arms_in(cycles)
         ],
     }
+
+
+def _arms_in(cycles: Cycles) -> list[str]:
+    """Beginnings of the columns of its arms: a table of several swimmers has those of the one with most arms."""
+    suffix = "_mean_m"
+    return [name.removesuffix(suffix) for name in cycles if name.endswith(suffix) and np.isfinite(cycles[name]).all()]
 
 
 def centroids_m(cycles: Cycles) -> np.ndarray:
@@ -64,8 +67,7 @@ def by_cycle(cycles: Cycles, arm_names: Sequence[str]) -> Any:
     """Velocity along and across the own axis, rotation, means and amplitudes of the arms by cycle; None for one."""
     if len(cycles["cycle"]) < 2:
         return None
-    arms = [name[: -len("_mean_m")] for name in cycles if name.endswith("_mean_m")]
-    arms = [arm for arm in arms if np.isfinite(cycles[f"{arm}_mean_m"]).all()]
+    arms = _arms_in(cycles)
     names = arm_names if len(arm_names) == len(arms) else [arm.replace("arm", "arm ") for arm in arms]
     of_arms = list(zip(arms, names))
     turns = np.array([cycles[f"rotation_{axis}_rad"] for axis in "xyz"])
@@ -111,20 +113,19 @@ def paths(by_swimmer: Mapping[str, Cycles]) -> Any:
     tracks = {name: track - track[0] for name, track in moved.items()}
     if not tracks:
         return None
-    extent = np.ptp(np.vstack(list(tracks.values())), axis=0)
-    across, along = sorted(np.argsort(extent, kind="stable")[1:])
+    places = np.vstack(list(tracks.values()))
+    across, along = sorted(np.argsort(np.ptp(places, axis=0), kind="stable")[1:])
     figure, axes = new_figure(4.4)
     for number, (name, track) in enumerate(tracks.items()):
         colour = LIGHT.beads[number % 3]
         axes.plot(track[:, across], track[:, along], "o-", color=colour, markersize=3, linewidth=1.2, label=name)
         own = np.array([by_swimmer[name][f"axis_{axis}"][-1] for axis in "xyz"])[[across, along]]
         axes.quiver(*track[-2, [across, along]], *own, color=colour, angles="xy", width=0.004, scale=12)
-    shown = np.vstack(list(tracks.values()))[:, [across, along]]
+    shown = places[:, [across, along]]
     room = 0.25 * np.ptp(shown, axis=0).max()  # for the arrows
-    axes.set_xlim(shown[:, 0].min() - room, shown[:, 0].max() + room)
-    axes.set_ylim(shown[:, 1].min() - room, shown[:, 1].max() + room)
+    x_limits, y_limits = zip(shown.min(axis=0) - room, shown.max(axis=0) + room)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set(xlabel=f"Δ{'xyz'[across]} [µm]", ylabel=f"Δ{'xyz'[along]} [µm]")
+    axes.set(xlim=x_limits, ylim=y_limits, xlabel=f"Δ{'xyz'[across]} [µm]", ylabel=f"Δ{'xyz'[along]} [µm]")
     if 1 < len(tracks) <= 8:
         legend_above(axes, columns=4)
     return figure

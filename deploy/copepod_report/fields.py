@@ -70,12 +70,11 @@ def read_components(path: Path, step: int) -> tuple[list[np.ndarray], int]:
             block += 1
         blocks = [min(block, count) for count in cells]
         kept = [count // length for count, length in zip(cells, blocks)]
-        shape = (kept[1], blocks[1], kept[2], blocks[2], 3)
-        result = np.zeros((*kept, 3))
+        rows, columns = (count * length for count, length in zip(kept[1:], blocks[1:]))
+        result = np.empty((*kept, 3))
         for layer in range(kept[0]):
-            for each in range(layer * blocks[0], (layer + 1) * blocks[0]):
-                part = velocity[each][: shape[0] * shape[1], : shape[2] * shape[3]]
-                result[layer] += part.reshape(shape).mean(axis=(1, 3)) / blocks[0]
+            part = velocity[layer * blocks[0] : (layer + 1) * blocks[0], :rows, :columns]
+            result[layer] = part.reshape(-1, kept[1], blocks[1], kept[2], blocks[2], 3).mean(axis=(0, 2, 4))
         return [result[..., axis] for axis in range(3)], block
 
 

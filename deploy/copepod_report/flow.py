@@ -1,5 +1,6 @@
 """Pictures of the flow in a plane: what they show is chosen by the user, or from flow and bodies; and the drawing."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import PowerNorm
-from matplotlib.ticker import NullLocator
 
 from copepod_report.fields import MEAN, read_coarse, read_layer, times_in
 from copepod_report.run_record import Body, RunRecord, read_file, rotated
@@ -67,15 +67,16 @@ class FlowPicture:
         plane = f"{_AXES[self.along]}–{_AXES[self.across]} plane at {_AXES[self.normal]} = {1e6 * self.at_m:.4g} µm"
         step_s = run.summary.get("step_s") or 0.0
         times = [quantity_text(step * step_s, "s") for step in self.window]
+        frame = f"relative to the velocity of {self.frame}" if self.frame else "in the laboratory frame"
+        when, notes = f"step {self.window[0]} ({times[0]})", []
         if self.is_mean:
             when = f"mean over steps {self.window[0]} to {self.window[1]} ({times[0]} to {times[1]})"
-            bodies = "bodies at their mean positions; where one was for a part of the time, its velocity is in the mean"
-        else:
-            when, bodies = f"step {self.window[0]} ({times[0]})", ""
-        frame = f"relative to the velocity of {self.frame}" if self.frame else "in the laboratory frame"
+            notes = [
+                "bodies at their mean positions; where one was for a part of the time, its velocity is in the mean"
+            ]
         if not all(_is_cut(run, body, self) for body in run.bodies if len(run.trajectory)):
-            bodies = "; ".join(filter(None, [bodies, "dashed: outside the plane"]))
-        return f"{'; '.join(filter(None, [f'Flow in the {plane}, {when}, {frame}', bodies]))}."
+            notes.append("dashed: outside the plane")
+        return "; ".join([f"Flow in the {plane}, {when}, {frame}", *notes]) + "."
 
 
 def choose(run: RunRecord, view: View) -> FlowPicture | None:
@@ -136,13 +137,9 @@ def _time_of(run: RunRecord, view: View, snapshots: list[int], has_mean: bool) -
 
 def _bodies_named(run: RunRecord, name: str, option: str) -> list[Body]:
     """The bodies of a swimmer, or a body by its name, with that of its swimmer or without it."""
-    for matches in (
-        lambda body: body.name == name,
-        lambda body: body.name.startswith(f"{name}."),
-        lambda body: body.name.endswith(f".{name}"),
-    ):
-        found = [body for body in run.bodies if name and matches(body)]
-        if found:
+    word = re.escape(name)
+    for pattern in (word, rf"{word}\..*", rf".*\.{word}"):
+        if found := [body for body in run.bodies if name and re.fullmatch(pattern, body.name)]:
             return found
     if name:
         known = [*dict.fromkeys(body.name.split(".")[0] for body in run.bodies), *(b.name for b in run.bodies)]
@@ -273,9 +270,9 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     kind = "mean speed" if picture.is_mean else "speed"
     relative = f"\nrelative to {picture.frame}" if picture.frame else ""
     label = f"{kind} in the plane [{prefix}m/s]{relative}"
-    bar = colour_bar(figure, image, label, cax=axes.inset_axes([1.02, 0, 0.022, 1]), ticks=_round_ticks(top / unit))
-    bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    bar.ax.yaxis.set_minor_locator(NullLocator())
+    place, ticks = axes.inset_axes([1.02, 0, 0.022, 1]), _round_ticks(top / unit)
+    bar = colour_bar(figure, image, label, cax=place, ticks=ticks, format="%g")
+    bar.minorticks_off()
     return figure
 
 

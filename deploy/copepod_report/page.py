@@ -35,6 +35,7 @@ def templates(path: Path) -> Any:
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
+    found.filters["base64"] = lambda content: base64.b64encode(content).decode()
     found.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     return found.get_template(path.name).module
 
@@ -45,10 +46,6 @@ HTML = templates(Path(__file__).with_name("page.html"))
 def page(title: str, sections: Sequence[str]) -> str:
     """A complete document from the HTML of its sections."""
     return str(HTML.page(title, _STYLE, sections)).lstrip()
-
-
-def _text(content: bytes) -> str:
-    return base64.b64encode(content).decode()
 
 
 class Canvas:
@@ -79,8 +76,8 @@ class Canvas:
                 path = self.write(f"{each}.{kind}", picture_of(picture, kind, caption))
                 if narrow is not None and kind != "png":
                     files[f"{kind.upper()} {2.54 * picture.get_figwidth():.1f} cm"] = path
-        shown = [_text(svg_of(each).encode()) if each else "" for each in (figure, narrow)]
-        saved = [(label, at.name, mimetypes.guess_type(at)[0], _text(at.read_bytes())) for label, at in files.items()]
+        shown = [svg_of(each).encode() if each else b"" for each in (figure, narrow)]
+        saved = [(label, at.name, mimetypes.guess_type(at)[0], at.read_bytes()) for label, at in files.items()]
         return [str(HTML.figure(*shown, caption, wide, saved))]
 
     def write(self, name: str, content: bytes) -> Path:

@@ -31,10 +31,8 @@ def chapters(runs: Sequence[RunRecord], canvas: Canvas) -> tuple[list[RunRecord]
     sections = []
     drags = [run for run in runs if is_drag_run(run)]
     sweeps = resonance.sweeps_of(runs)
-    shown = [run for members in sweeps.values() for run in members]
     radii = measure(drags)
-    if radii:
-        shown += drags
+    shown = [*(run for members in sweeps.values() for run in members), *(drags if radii else [])]
     left = [run for run in runs if run not in shown]
     if radii:
         predictions = [row for run in left for row in predict(run, radii)]
@@ -60,14 +58,12 @@ def speeds_by_family(runs: Sequence[RunResult]) -> Any:
     if len(speeds) < 2:
         return None
     widths = [len(letters) + 1 for _, letters in FAMILIES]
+    looks = {"label": "Copepod", "markersize": 6}, {"label": "published", "markersize": 9, "markerfacecolor": "none"}
     figure, panels = new_figure(3.4, ncols=len(FAMILIES), sharey=True, width_ratios=widths)
     for panel, (title, letters) in zip(panels, FAMILIES):
-        for column, look in enumerate(
-            ({"label": "Copepod", "markersize": 6}, {"label": "published", "markersize": 9, "markerfacecolor": "none"})
-        ):
-            values = [(place, speeds[letter][column]) for place, letter in enumerate(letters) if letter in speeds]
-            points = np.reshape([(place, 1e6 * value) for place, value in values if value is not None], (-1, 2))
-            panel.plot(*points.T, "o", color=LIGHT.beads[column], markeredgewidth=1.5, **look)
+        values = 1e6 * np.array([speeds.get(letter, (None, None)) for letter in letters], float)
+        for of_all, colour, look in zip(values.T, LIGHT.beads, looks):
+            panel.plot(of_all, "o", color=colour, markeredgewidth=1.5, **look)
         panel.set_xticks(range(len(letters)), list(letters))
         panel.set_xlim(-0.7, len(letters) - 0.3)
         panel.set_title(title.replace(", ", ",\n"), fontsize=9, color=LIGHT.ink, wrap=True)

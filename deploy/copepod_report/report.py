@@ -168,15 +168,13 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
             f"{run.name} cannot be filmed (a film needs two snapshots of the flow, the run recorded {len(steps)}). "
             "Set output.fields.every_steps in the case.",
         )
-    last = flow.choose(run, replace(view, time="last"))
-    assert last is not None
+    last = _picture(run, view, "last")
     fixed = replace(view, plane=last.plane, at_m=last.at_m)
     chosen = [steps[number * (len(steps) - 1) // (_SCALED_BY - 1)] for number in range(_SCALED_BY)]
-    top_m_per_s = max(flow.top_speed_m_per_s(run, _picture(run, fixed, step)) for step in set(chosen))
+    top_m_per_s = max(flow.top_speed_m_per_s(run, _picture(run, fixed, str(step))) for step in set(chosen))
     pictures = []
     for step in steps:
-        picture = _picture(run, fixed, step)
-        figure = flow.draw(run, picture, top_m_per_s)
+        figure = flow.draw(run, _picture(run, fixed, str(step)), top_m_per_s)
         figure.axes[0].set_title(quantity_text(step * run.summary["step_s"], "s"), loc="left", fontsize=9)
         pictures.append(picture_of(figure))
     rate = min(max(len(steps) / _SHOWN_FOR_S, 2), 25)
@@ -192,7 +190,7 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
     return made.stdout
 
 
-def _picture(run: RunRecord, view: flow.View, step: int) -> flow.FlowPicture:
-    picture = flow.choose(run, replace(view, time=str(step)))
+def _picture(run: RunRecord, view: flow.View, time: str) -> flow.FlowPicture:
+    picture = flow.choose(run, replace(view, time=time))
     assert picture is not None
     return picture

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -222,29 +222,27 @@ class SwimmerRecord:
         self.section = section
         self.name = section["name"]
         self.axis = z_axis(section["orientation_wxyz"])
-        self.center_m = np.array(section["center_m"], float)
         self.beads = section["beads"]
         self.bead_names = bead_names(section)
         stroke = section.get("stroke") or {}
         self.is_three_beads = bool(stroke)  # in a row, as in the paper
         self.period = int(stroke.get("period_steps", 0))
         self.cycles = int(stroke.get("cycles", 0))
-        analysed = [entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name]
-        self.figures: dict[str, Any] = analysed[0] if analysed else {}
+        analysed = (entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name)
+        self.figures: dict[str, Any] = next(analysed, {})
 
     def positions(self) -> np.ndarray:
         """Of the beads from the middle bead's start in the run's length unit, shape (3, samples)."""
-        unit = self.run.length_unit[0]
-        return np.array([(self._body(bead)["position_m"] - self.center_m) @ self.axis / unit for bead in BEADS])
+        return (self._along_axis("position_m") - np.dot(self.section["center_m"], self.axis)) / self.run.length_unit[0]
 
     def displacements_m(self) -> np.ndarray:
         """Of the beads along the axis from where they were in the first sample, shape (3, samples)."""
-        moved = [self._body(bead)["position_m"] - self._body(bead)["position_m"][0] for bead in BEADS]
-        return np.array([path @ self.axis for path in moved])
+        places_m = self._along_axis("position_m")
+        return places_m - places_m[:, :1]
 
     def driving_N(self) -> np.ndarray:
         """Driving forces, shape (3, samples)."""
-        return np.array([self._body(bead)["driving_N"] @ self.axis for bead in BEADS])
+        return self._along_axis("driving_N")
 
     def periods(self) -> np.ndarray:
         """Time in periods of the stroke, shape (samples,)."""
@@ -261,8 +259,10 @@ class SwimmerRecord:
         mask = (steps >= start) & (steps <= stop)
         return mask if steps[-1] >= stop > 0 and mask.sum() > 8 else np.zeros_like(mask)
 
-    def _body(self, bead: str) -> Mapping[str, np.ndarray]:
-        return self.run.trajectory.of(f"{self.name}.{bead}")
+    def _along_axis(self, quantity: str) -> np.ndarray:
+        """Component of a vector of each bead, shape (3, samples)."""
+        of = self.run.trajectory.of
+        return np.array([of(f"{self.name}.{bead}")[quantity] @ self.axis for bead in BEADS])
 
 
 def fit_arm(phase: np.ndarray, length: np.ndarray) -> tuple[float, float, float]:

@@ -41,8 +41,8 @@ class RunStatus:
         }[self.state]
         if self.state == "running":
             return text
-        last = f"the last checkpoint is of step {self.checkpoint}; «copepod run … --resume» continues from it"
-        return f"{text} {last[0].upper() + last[1:] if self.checkpoint >= 0 else 'There is no checkpoint'}."
+        last = f"The last checkpoint is of step {self.checkpoint}; «copepod run … --resume» continues from it."
+        return f"{text} {last if self.checkpoint >= 0 else 'There is no checkpoint.'}"
 
 
 def state_of(directory: Path) -> tuple[str, str]:

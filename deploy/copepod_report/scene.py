@@ -1,7 +1,6 @@
 """What the interactive view draws: shapes, arms and walls from the case, and the motion packed into few bytes."""
 
 import base64
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from copepod_run.errors import BadCase
-from copepod_run.figures import prefix_of
+from copepod_run.figures import at, prefix_of
 
 MOST_FRAMES = 1000
 MOST_SAMPLES = 60000  # frames times bodies: 1.1 MB of text
@@ -95,26 +94,6 @@ def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samp
     }
 
 
-def slice_of(speed_m_per_s: np.ndarray, along: int, across: int, low: Sequence[float], high: Sequence[float]) -> Any:
-    """A plane of the flow: colours stand for the square root of the speed, of shape (cells across, cells along).
-
-    `low`, `high`: opposite corners of the plane in the unit of the scene.
-    """
-    rows, columns = (max(1, math.ceil(cells / 256)) for cells in speed_m_per_s.shape)
-    shown = speed_m_per_s[::rows, ::columns]
-    most = float(np.quantile(shown, 0.998)) or 1.0
-    levels = np.round(255 * np.sqrt(np.clip(shown / most, 0.0, 1.0))).astype(np.uint8)
-    return {
-        "along": along,
-        "across": across,
-        "low": list(low),
-        "high": list(high),
-        "shape": list(shown.shape),
-        "most_m_per_s": most,
-        "levels": _text(levels),
-    }
-
-
 def bodies_of(case: Mapping[str, Any]) -> dict[str, Body]:
     """All bodies of a case by their names in its run."""
     surfaces, places = surfaces_of(case), _places_of(case)
@@ -143,8 +122,8 @@ def _packed(surface: Surface, metres: float) -> dict[str, Any]:
     points = (surface.points_m / metres).astype("<f4")
     return {
         "radius": (surface.radius_m or surface.reach_m) / metres,
-        "points": _text(points),
-        "triangles": _text(surface.triangles.astype("<u4")),
+        "points": as_text(points),
+        "triangles": as_text(surface.triangles.astype("<u4")),
     }
 
 
@@ -180,8 +159,7 @@ def _period(case: Mapping[str, Any]) -> int:
     """Steps of a cycle of the first swimmer that has a stroke or a driven arm, or of a joint; 0 if there is none."""
     signals = []
     for swimmer in case.get("swimmers") or []:
-        drives = [arm.get("drive") or {} for arm in swimmer.get("arms") or []]
-        signals += [swimmer.get("stroke"), *(drive.get("signal") for drive in drives)]
+        signals += [swimmer.get("stroke"), *(at(arm, "drive.signal") for arm in swimmer.get("arms") or [])]
     signals += [joint.get("signal") for joint in case.get("joints") or []]
     return next((int(signal["period_steps"]) for signal in signals if signal and signal.get("period_steps")), 0)
 
@@ -203,7 +181,7 @@ def _motion(samples: Samples, metres: float) -> dict[str, Any]:
         "speeds": _levels_of(samples.speed_m_per_s, fastest),
         "orientations": [[round(number, 6) for number in quaternion] for quaternion in orientation[0].tolist()],
         "turning": turning.tolist(),
-        "rotations": _text(np.round(32767 * orientation[:, turning, 1:]).astype("<i2")),
+        "rotations": as_text(np.round(32767 * orientation[:, turning, 1:]).astype("<i2")),
     }
 
 
@@ -214,8 +192,9 @@ def _rounded(vectors: np.ndarray) -> list[list[float]]:
 def _levels_of(values: np.ndarray, span: np.ndarray) -> str:
     """Shares of the span, from 0 to 65535."""
     shares = values / np.where(span > 0, span, 1.0)
-    return _text(np.round(_LEVELS * np.clip(shares, 0.0, 1.0)).astype("<u2"))
+    return as_text(np.round(_LEVELS * np.clip(shares, 0.0, 1.0)).astype("<u2"))
 
 
-def _text(numbers: np.ndarray) -> str:
+def as_text(numbers: np.ndarray) -> str:
+    """Their bytes in base64, for the scripts."""
     return base64.b64encode(np.ascontiguousarray(numbers).tobytes()).decode()

@@ -8,6 +8,7 @@ from typing import Any
 
 from matplotlib import colormaps, cycler, rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure  # not pyplot, which would choose the backend of a notebook
@@ -57,7 +58,7 @@ def new_figure(height_inches: float, width_inches: float = WIDTH_INCHES, **subpl
     with rc_context(settings):
         figure = Figure(figsize=(width_inches, height_inches), layout="constrained")
         axes = figure.subplots(**subplots)
-    for axis in getattr(axes, "flat", [axes]):
+    for axis in figure.axes:
         axis.grid(True, linewidth=0.5, alpha=0.6)
         axis.set_axisbelow(True)
     return figure, axes
@@ -97,25 +98,25 @@ def colour_bar(figure: Any, drawn: Any, label: str = "", **place: Any) -> Any:
     return bar
 
 
+_CANVASES = {"png": FigureCanvasAgg, "svg": FigureCanvasSVG, "pdf": FigureCanvasPdf}
 _DESCRIPTION = {"png": "Description", "svg": "Description", "pdf": "Subject"}  # where each format keeps a caption
-_WITHOUT_DATE: dict[str, dict[str, None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_WITHOUT_DATE: dict[str, dict[str, str | None]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 _PRINT_RESOLUTION = 300  # of a map of colours inside a vector figure
 _SETTINGS = {"svg.fonttype": "none", "svg.hashsalt": "copepod", "pdf.fonttype": 42}
 
 
 def picture_of(figure: Any, kind: str = "png", description: str = "") -> bytes:
     """The figure as PNG, SVG or PDF, with its text as text; the same figure gives the same bytes."""
+    dpi = RESOLUTION * WIDTH_INCHES / figure.get_figwidth() if kind == "png" else _PRINT_RESOLUTION
+    return _printed(figure, kind, dpi, {_DESCRIPTION[kind]: description} if description else {})
+
+
+def _printed(figure: Any, kind: str, dpi: float, metadata: Mapping[str, str]) -> bytes:
+    """Without savefig, which would go through the figure twice."""
     stream = io.BytesIO()
-    metadata: dict[str, str | None] = {
-        **_WITHOUT_DATE[kind],
-        **({_DESCRIPTION[kind]: description} if description else {}),
-    }
-    if kind == "png":
-        figure.set_dpi(RESOLUTION * WIDTH_INCHES / figure.get_figwidth())
-        FigureCanvasAgg(figure).print_png(stream, metadata=metadata)  # savefig would go through the figure twice
-        return stream.getvalue()
+    figure.set_dpi(dpi)
     with rc_context(_SETTINGS):
-        figure.savefig(stream, format=kind, dpi=_PRINT_RESOLUTION, facecolor=figure.get_facecolor(), metadata=metadata)
+        getattr(_CANVASES[kind](figure), f"print_{kind}")(stream, metadata={**_WITHOUT_DATE[kind], **metadata})
     return stream.getvalue()
 
 
@@ -127,25 +128,18 @@ def svg_of(figure: Any) -> str:
 
     Lines and areas that would make it very large become pixels, which keep their colours.
     """
-    text = _drawn(figure)
+    text = _printed(figure, "svg", RESOLUTION, {})
     if len(text) > _MOST_BYTES:
         for artist in (artist for axes in figure.axes for artist in (*axes.lines, *axes.collections)):
             artist.set_rasterized(True)
-        text = _drawn(figure)
+        text = _printed(figure, "svg", RESOLUTION, {})
     variables = {colour: f"var(--c{number})" for number, colour in enumerate(LIGHT.colours())}
-    text = re.sub(r"((?:fill|stroke): )(#\w{6})", lambda found: found[1] + variables.get(found[2], found[2]), text)
+    coloured = r"((?:fill|stroke): )(#\w{6})"
+    page = re.sub(coloured, lambda found: found[1] + variables.get(found[2], found[2]), text.decode())
     light, dark = (
         f":root {{ {' '.join(f'--c{number}: {colour};' for number, colour in enumerate(theme.colours()))} }}"
         for theme in (LIGHT, _DARK)
     )
     style = f"{light} @media (prefers-color-scheme: dark) {{ {dark} }}"
     family = "text { font-family: 'DejaVu Sans', Verdana, sans-serif !important }"  # of which one is on every machine
-    return text.replace('<style type="text/css">', f'<style type="text/css">{style} {family} ', 1)
-
-
-def _drawn(figure: Any) -> str:
-    stream = io.StringIO()
-    figure.set_dpi(RESOLUTION)
-    with rc_context(_SETTINGS):
-        FigureCanvasSVG(figure).print_svg(stream, metadata=_WITHOUT_DATE["svg"])
-    return stream.getvalue()
+    return page.replace('<style type="text/css">', f'<style type="text/css">{style} {family} ', 1)

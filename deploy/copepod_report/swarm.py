@@ -167,8 +167,7 @@ class Swarm:
     def mean_square_displacement(self) -> tuple[np.ndarray, np.ndarray]:
         """(lags [s], mean over swimmers and starts [m²]); from cycle to cycle once there are some, else by sample."""
         if self.moved_m:
-            period_s = next(iter(self.run.cycles.values()))["start_s"][1]
-            places, step_s = np.stack(self.moved_m, axis=1), float(period_s)
+            places, step_s = np.stack(self.moved_m, axis=1), self.period_s
         else:
             every = max(1, len(self.time_s) // _MOST_POINTS)
             places, step_s = self.centroids_m[::every], float(self.time_s[every] - self.time_s[0])
@@ -278,32 +277,25 @@ def energy_spectrum(
     @return empty arrays for a box of one cell
     """
     is_periodic = np.asarray(periodic, bool)
-    k = np.empty(0)
-    densities = []
+    energy = np.zeros(())
     for component in components_m_per_s:
-        shape = component.shape
-        axes = [axis for axis in range(3) if shape[axis] > 1]
-        if not axes:
-            break
         modes = np.asarray(component, float)
-        for axis in (axis for axis in axes if not is_periodic[axis]):
+        for axis in np.flatnonzero(~is_periodic):
             modes = _cosine_modes(modes, axis)
-        around = [axis for axis in axes if is_periodic[axis]]
-        modes = np.fft.fftn(modes, axes=around, norm="ortho") if around else modes
-        energy = 0.5 * np.abs(modes) ** 2 / modes.size
-        spacings = [(2 if is_periodic[axis] else 1) * np.pi / (shape[axis] * cell_m) for axis in axes]
-        width = max(spacings)
-        square = np.zeros(())
-        for axis, spacing in zip(axes, spacings):
-            n = np.arange(shape[axis])
-            n = np.minimum(n, shape[axis] - n) if is_periodic[axis] else n
-            square = np.add.outer(square, (spacing * n) ** 2)
-        shell = np.maximum(np.rint(np.sqrt(square) / width).astype(int).ravel(), 1)
-        shell[0] = 0  # what is uniform
-        shells = np.bincount(shell, energy.ravel())
-        k = width * np.arange(1, len(shells))
-        densities.append(shells[1:] / width)
-    return k, np.sum(densities, axis=0) if densities else k
+        modes = np.fft.fftn(modes, axes=np.flatnonzero(is_periodic).tolist(), norm="ortho")
+        energy = energy + 0.5 * np.abs(modes) ** 2 / modes.size
+    if energy.size == 1:
+        return np.empty(0), np.empty(0)
+    spacings = np.where(is_periodic, 2, 1) * np.pi / np.multiply(energy.shape, cell_m)
+    width = spacings[np.greater(energy.shape, 1)].max()
+    square = np.zeros(())
+    for count, spacing, around in zip(energy.shape, spacings, is_periodic):
+        n = np.arange(count)
+        square = np.add.outer(square, (spacing * (np.minimum(n, count - n) if around else n)) ** 2)
+    shell = np.maximum(np.rint(np.sqrt(square) / width).astype(int).ravel(), 1)
+    shell[0] = 0  # what is uniform
+    shells = np.bincount(shell, energy.ravel())
+    return width * np.arange(1, len(shells)), shells[1:] / width
 
 
 def _cosine_modes(values: np.ndarray, axis: int) -> np.ndarray:

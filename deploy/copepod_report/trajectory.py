@@ -221,16 +221,15 @@ class _OfBody(dict[str, np.ndarray]):
 class GrowingTrajectory:
     """The trajectory of a run that may continue: each look takes the samples that are new.
 
-    A run that is resumed shortens the file first: then it is read anew, and `restarts` counts that.
+    A run that is resumed shortens the file first: then it is read anew.
     """
 
     def __init__(self, directory: Path) -> None:
         self._directory = directory
-        self.restarts = -1
-        self._start_again()
+        self.start_again()
 
-    def _start_again(self) -> None:
-        self.restarts += 1
+    def start_again(self) -> None:
+        """Forgets what has been read."""
         self._form = _form_of(trajectory_in(self._directory))
         self.count = 0  # complete samples so far
 
@@ -250,12 +249,12 @@ class GrowingTrajectory:
             try:
                 steps, sample = self._form.look(is_last)
             except _Replaced:
-                self._start_again()
+                self.start_again()
                 steps, sample = self._form.look(is_last)
         except FileNotFoundError:  # not there yet
             return
         except (ValueError, LookupError):  # not such a table, or another file that begins in the same way
-            self._start_again()
+            self.start_again()
             raise
         for number, step in enumerate(steps):
             self.count += 1

@@ -1,7 +1,7 @@
 """The interactive view of a run as HTML: the scene as JSON, and once per page the scripts with three.js in them."""
 
-import base64
 import gzip
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,11 @@ import numpy as np
 from copepod_report import flow
 from copepod_report.page import HTML
 from copepod_report.run_record import RunRecord
-from copepod_report.scene import Samples, most_frames, scene_of, slice_of
+from copepod_report.scene import Samples, as_text, most_frames, scene_of
 from copepod_report.trajectory import chosen_samples
 
 THREE_JS = Path("/usr/share/javascript/three/three.min.js")  # Debian: libjs-three
+_MOST_CELLS = 256  # of the flow, along each axis
 _SOURCES = Path(__file__).with_name("view")
 
 
@@ -37,22 +38,37 @@ def of_run(run: RunRecord, views: int = 1) -> str:
 
 
 def flow_slice(run: RunRecord, box: Any) -> Any:
-    """The plane of the report's picture of the flow; None where a run did not record one (yet)."""
+    """The plane of the report's picture of the flow; None where a run did not record one (yet).
+
+    Colours stand for the square root of the speed; `low`, `high` are opposite corners in the unit of the scene.
+    """
     if not box or not box["size"] or not run.status.is_finished:
         return None
     picture = flow.choose(run, flow.View())
     if picture is None:
         return None
-    speed = picture.speed_m_per_s
     low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
     cell = [size / cells for size, cells in zip(box["size"], run.case["fluid"]["domain_cells"])]
-    for axis, first, cells in zip((picture.along, picture.across), picture.corner_cells, speed.shape[::-1]):
+    for axis, first, cells in zip(
+        (picture.along, picture.across), picture.corner_cells, picture.speed_m_per_s.shape[::-1]
+    ):
         low[axis], high[axis] = first * cell[axis], (first + cells) * cell[axis]
     low[picture.normal] = high[picture.normal] = picture.at_m / run.cell_size_m * cell[picture.normal]
-    columns, rows = sorted((picture.along, picture.across))
-    title = "Mean speed in the plane" if picture.is_mean else f"Speed in the plane at step {picture.window[0]}"
-    shown = speed if picture.along == columns else speed.T
-    return {"title": title, **slice_of(shown, columns, rows, low, high)}
+    along, across = sorted((picture.along, picture.across))
+    speed = picture.speed_m_per_s if picture.along == along else picture.speed_m_per_s.T
+    rows, columns = (max(1, math.ceil(cells / _MOST_CELLS)) for cells in speed.shape)
+    shown = speed[::rows, ::columns]
+    most = float(np.quantile(shown, 0.998)) or 1.0
+    return {
+        "title": "Mean speed in the plane" if picture.is_mean else f"Speed in the plane at step {picture.window[0]}",
+        "along": along,
+        "across": across,
+        "low": low,
+        "high": high,
+        "shape": list(shown.shape),
+        "most_m_per_s": most,
+        "levels": as_text(np.round(255 * np.sqrt(np.clip(shown / most, 0.0, 1.0))).astype(np.uint8)),
+    }
 
 
 def figure(scene: Mapping[str, Any]) -> str:
@@ -88,6 +104,6 @@ def scripts() -> str:
     """Styles and scripts of all views of a page, three.js first; empty if that is not installed."""
     if not THREE_JS.is_file():
         return ""
-    packed = base64.b64encode(gzip.compress(THREE_JS.read_bytes(), mtime=0)).decode()
+    packed = gzip.compress(THREE_JS.read_bytes(), mtime=0)
     code = "\n".join((_SOURCES / f"{name}.js").read_text() for name in ("motion", "stage", "view"))
     return str(HTML.scripts((_SOURCES / "view.css").read_text(), packed, code))

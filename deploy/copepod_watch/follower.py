@@ -28,33 +28,22 @@ _HEADS = ("run", "state", "progress", "speed in last cycle [µm/s]")
 Draw = Callable[[Sequence[RunResult]], list[str]]
 
 
-class TrajectoryFollower:
+class TrajectoryFollower(GrowingTrajectory):
     """The samples of a growing trajectory, thinned to what a view shows."""
 
-    def __init__(self, directory: Path) -> None:
-        self._trajectory = GrowingTrajectory(directory)
-        self._start_again()
-
-    def _start_again(self) -> None:
-        self._restarts = self._trajectory.restarts
+    def start_again(self) -> None:
+        super().start_again()
         self._every = 1
         self._kept: list[tuple[int, np.ndarray]] = []  # step and values, shape (bodies, columns), every `_every`-th
         self._newest: tuple[int, np.ndarray] | None = None
 
-    @property
-    def count(self) -> int:
-        """Complete samples in the file."""
-        return self._trajectory.count
-
     def update(self) -> None:
         """Reads what the file has gained."""
         newest = None
-        for newest in self._trajectory.look():
-            if self._restarts != self._trajectory.restarts:
-                self._start_again()
+        for newest in self.look():
             if (self.count - 1) % self._every == 0:
                 self._kept.append((newest[0], newest[1]()[:, _SHOWN]))
-            if len(self._kept) > 2 * most_frames(len(self._trajectory.bodies)):
+            if len(self._kept) > 2 * most_frames(len(self.bodies)):
                 self._kept = self._kept[::2]
                 self._every *= 2
         if newest:
@@ -66,12 +55,11 @@ class TrajectoryFollower:
             return None
         is_kept = self._newest[0] == self._kept[-1][0]
         steps, kept = zip(*self._kept, *([] if is_kept else [self._newest]))
-        bodies = self._trajectory.bodies
-        shown = chosen_samples(len(steps), most_frames(len(bodies)))
+        shown = chosen_samples(len(steps), most_frames(len(self.bodies)))
         values = np.array(kept)[shown]
         speed = np.linalg.norm(values[..., 8:11], axis=-1)
         time_s, position_m, orientation_wxyz = values[:, 0, 0], values[..., 1:4], values[..., 4:8]
-        return Samples(bodies, np.array(steps)[shown], time_s, position_m, orientation_wxyz, speed)
+        return Samples(self.bodies, np.array(steps)[shown], time_s, position_m, orientation_wxyz, speed)
 
 
 class RunFollower:
@@ -113,18 +101,14 @@ class RunFollower:
 
     def _speeds(self) -> list[dict[str, Any]]:
         """Velocity along and across the own axis [m/s] by cycle, of each swimmer, or the mean of a swarm."""
+        keys = ("along_m_per_s", "across_m_per_s")
         cycles = read_cycles(self.directory / "cycles.csv")
-        columns = {"along_m_per_s": "u_along_m_per_s", "across_m_per_s": "u_across_m_per_s"}
-        if len(cycles) > MOST_TABLES:
-            count = min(len(values["cycle"]) for values in cycles.values())
-            of_all = (
-                np.mean([values[name][:count] for values in cycles.values()], axis=0) for name in columns.values()
-            )
-            cycles = {f"mean of {len(cycles)}": dict(zip(columns.values(), of_all))} if count else {}
-        return [
-            {"name": name, **{key: values[column].tolist() for key, column in columns.items()}}
-            for name, values in cycles.items()
-        ]
+        speeds = {name: [values[f"u_{key}"] for key in keys] for name, values in cycles.items()}
+        if len(speeds) > MOST_TABLES:
+            count = min(len(along) for along, _ in speeds.values())
+            mean = np.mean([[values[:count] for values in both] for both in speeds.values()], axis=0)
+            speeds = {f"mean of {len(speeds)}": list(mean)} if count else {}
+        return [{"name": name, **dict(zip(keys, map(np.ndarray.tolist, both)))} for name, both in speeds.items()]
 
 
 def runs_in(directory: Path) -> dict[str, Path]:

@@ -105,7 +105,9 @@ class Report(CommandTest):
         cycles["u_along_m_per_s"] = np.array([9.0, 1.0, 1.1, 1.2, 1.3])
         cycles["rotation_y_rad"] = np.array([0.11, 0.1, 0.12, 0.1, 0.1])
         cycles["rotation_z_rad"] = np.array([0.0, 0.0, 1e-9, 0.0, 0.0])
+        cycles["arm3_mean_m"] = np.full(5, np.nan)  # another swimmer has this arm
         steady = kinematics_so_far(cycles)
+        self.assertEqual(len(steady["arms"]), 2)
         self.assertAlmostEqual(steady["u_along_mean_um_per_s"], 1.15e6)
         self.assertAlmostEqual(steady["u_along_spread_um_per_s"], 1e5 * (5 / 3) ** 0.5)
         three = kinematics_so_far({column: values[:3] for column, values in cycles.items()})

@@ -1,6 +1,7 @@
 """The interactive view of a run: its numbers, and that Chromium draws, plays, turns and explains it."""
 
 import base64
+import itertools
 import json
 import tempfile
 import unittest
@@ -55,6 +56,24 @@ PICTURE = """(() => {
     counts[b > r && b > g ? "blue" : r > g ? "red" : "green"]++;
   }
   return counts;
+})()"""
+
+# Of every body and image: where it is, and whether it is what the picture shows there; ends of the rods; a turned body.
+IMAGES = """(() => {
+  const {stage} = window.copepod.views[0];
+  const bodies = stage.entries.map((entry) => {
+    const place = stage.placeOf(entry);
+    const {left, top} = stage.projected(place);
+    return {image: entry.image, place, isSeen: stage.entryAt(2 * left - 1, 1 - 2 * top) === entry};
+  });
+  const rods = [...stage.rods.userData].map(({from, to, image}, number) => {
+    const pose = new THREE.Matrix4();
+    stage.rods.getMatrixAt(number, pose);
+    const drawn = [-0.5, 0.5].map((z) => new THREE.Vector3(0, 0, z).applyMatrix4(pose).toArray());
+    return {drawn, ends: [from, to].map((body) => stage.placeOf({body, image}))};
+  });
+  const {w, x, y, z} = stage.states[1].orientation;
+  return {bodies, rods, turned: [w, x, y, z]};
 })()"""
 
 
@@ -147,10 +166,10 @@ class InChromium(unittest.TestCase):
         scene = {**scene_of("three beads", with_surfaces(CASE), 1e-6, samples_of()), "flow": None}
         cls.path.write_text(page.page("A view", [view.figure(scene), view.scripts()]))
 
-    def opened(self, **how):
+    def opened(self, path=None, **how):
         browser = Browser(**how)
         self.addCleanup(browser.__exit__)
-        browser.open(f"file://{self.path}")
+        browser.open(f"file://{path or self.path}")
         browser.wait_for("document.querySelector('.stage').dataset.drawn > 0")
         return browser
 
@@ -175,8 +194,18 @@ class InChromium(unittest.TestCase):
         frame = browser.value("JSON.stringify(document.querySelector('canvas').getBoundingClientRect())")
         frame = json.loads(frame)
         with self.subTest("turns with the mouse"):
+            height = browser.value("window.copepod.views[0].stage.camera.position.x")  # x is upwards
             browser.drag(frame["x"] + 30, frame["y"] + 30, 200, 40)
             self.assertNotEqual(browser.value(PICTURE)["sum"], played["sum"])
+            self.assertGreater(browser.value("window.copepod.views[0].stage.camera.position.x"), height)
+
+        with self.subTest("moves what is shown along with the mouse"):
+            target = browser.value("window.copepod.views[0].orbit.target.toArray()")
+            browser.drag(frame["x"] + 30, frame["y"] + 30, 60, -40, modifiers=8)
+            browser.value("window.copepod.views[0].drawNow()")
+            place = browser.value(f"window.copepod.views[0].stage.projected({target})")
+            self.assertAlmostEqual((place["left"] - 0.5) * frame["width"], 60, delta=0.1)
+            self.assertAlmostEqual((place["top"] - 0.5) * frame["height"], -40, delta=0.1)
 
         with self.subTest("zooms and plays with keys"):
             distance = browser.value("window.copepod.views[0].orbit.distance")
@@ -187,6 +216,29 @@ class InChromium(unittest.TestCase):
             browser.wait_for("window.copepod.views[0].playing")
             browser.press(" ")
             self.assertFalse(browser.value("window.copepod.views[0].playing"))
+
+        with self.subTest("zooms with two fingers"):
+            distance = browser.value("window.copepod.views[0].orbit.distance")
+            browser.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+            middle = frame["x"] + frame["width"] / 2, frame["y"] + frame["height"] / 2
+            for kind, apart in (("touchStart", 50), ("touchMove", 70), ("touchMove", 100), ("touchEnd", None)):
+                places = [{"x": middle[0] + side, "y": middle[1]} for side in (-apart, apart)] if apart else []
+                browser.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
+            browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
+            self.assertAlmostEqual(browser.value("window.copepod.views[0].orbit.distance") / distance, 0.5, delta=0.05)
+
+        with self.subTest("shows and hides, and looks at the bodies or at the whole domain"):
+            isShown = "window.copepod.views[0].stage.pathLooks[0].visible"
+            browser.value("document.querySelector('[name=paths]').click()")
+            self.assertFalse(browser.value(isShown))
+            browser.value("document.querySelector('[name=paths]').click()")
+            self.assertTrue(browser.value(isShown))
+            distances = []
+            for name in ("bodies", "domain"):
+                browser.value(f"document.querySelector('button[name={name}]').click()")
+                distances.append(browser.value("window.copepod.views[0].orbit.distance"))
+            self.assertLess(distances[0], distances[1])
+            self.assertTrue(browser.value("document.querySelector('[name=flow]').parentElement.hidden"))
 
         with self.subTest("names what is under the pointer"):
             browser.value("window.copepod.views[0].goTo(0); window.copepod.views[0].drawNow()")
@@ -202,8 +254,41 @@ class InChromium(unittest.TestCase):
             heights = "window.copepod.views[0].stage.beads[1].geometry.attributes.position.array"
             ends = browser.value(f"[Math.min, Math.max].map((most) => most(...{heights}))")
             np.testing.assert_allclose(ends, [-8, 8], atol=1e-3)
+        with self.subTest("draws the edges of the domain around all that the bodies sweep"):
+            ends = browser.value(
+                "[...window.copepod.views[0].stage.surroundings.line[0].geometry.attributes.position.array]"
+            )
+            ends = np.reshape(ends, (-1, 2, 3))
+            self.assertEqual(len(np.unique(np.sort(ends, axis=1), axis=0)), 12)
+            self.assertEqual(set(map(tuple, ends.reshape(-1, 3))), set(itertools.product((0, 40), (0, 40), (0, 80))))
+            self.assertEqual(
+                browser.value("window.copepod.views[0].stage.whole()"), {"low": [0] * 3, "high": [40, 40, 80]}
+            )
+            swept = browser.value("window.copepod.views[0].stage.extent")
+            reach = max(np.hypot(4, 4), 8)  # of a capsule, whichever way it is turned
+            np.testing.assert_allclose(swept["low"], [20 - reach, 20 - reach, 18], atol=1e-3)
+            np.testing.assert_allclose(swept["high"], [20 + reach, 20 + reach, 63], atol=1e-3)
         self.assertEqual(browser.problems, [])
         self.assertEqual(browser.requests, [f"file://{self.path}"])
+
+    def test_bodies_and_rods_have_images_behind_mirror_planes(self):
+        beside = samples_of()
+        beside.position_m[..., 0] -= 9e-6
+        beside.position_m[:, 2, 1] += 5e-6  # no rod is along an axis
+        scene = {**scene_of("images", with_surfaces(CASE), 1e-6, beside), "flow": None}
+        path = self.path.with_name("images.html")
+        path.write_text(page.page("A view", [view.figure(scene), view.scripts()]))
+        browser = self.opened(path)
+        browser.value("window.copepod.views[0].goTo(10.5); window.copepod.views[0].drawNow()")
+        found = browser.value(IMAGES)
+        self.assertEqual([entry["image"] for entry in found["bodies"]], [[], [0]] * 3)
+        for entry in found["bodies"]:
+            self.assertTrue(entry["isSeen"], entry)
+            self.assertAlmostEqual(entry["place"][0], 29 if entry["image"] else 11, delta=1e-3)
+        for rod in found["rods"]:
+            np.testing.assert_allclose(rod["drawn"], rod["ends"], atol=1e-4)
+        angle = np.pi * 10.5 / 100
+        np.testing.assert_allclose(found["turned"], [np.cos(angle), np.sin(angle), 0, 0], atol=1e-4)
 
     def test_it_follows_the_theme_and_fits_a_narrow_window(self):
         browser = self.opened(width=390, height=800, dark=True)

@@ -18,7 +18,7 @@ from copepod_session import CommandTest, wait_until
 from synthetic_run import CELL_M, PERIOD, SPEED, STEP_S, write_run
 from copepod_run.errors import Stop
 from copepod_run.progress import Progress
-from copepod_watch.follower import CampaignFollower, TrajectoryFollower
+from copepod_watch.follower import CampaignFollower, RunFollower, TrajectoryFollower
 from copepod_watch.server import WatchServer
 
 LAG = "swimmers.0.stroke.phase_lag_steps"
@@ -152,6 +152,13 @@ class Server(WatchTest):
         self.assertEqual(status, 200)
         self.assertIn("default-src 'none'", headers["Content-Security-Policy"])
         self.assertNotRegex(text, r"https?://")
+
+    def test_many_swimmers_share_the_mean_of_the_cycles_that_all_have(self):
+        rows = [f"s{swimmer},{cycle},{swimmer + cycle},1" for swimmer in range(7) for cycle in range(2 + swimmer % 2)]
+        table = "\n".join(["swimmer,cycle,u_along_m_per_s,u_across_m_per_s", *rows]) + "\n"
+        (self.folder / "cycles.csv").write_text(table)
+        speeds = RunFollower(self.folder, {}, 0).content()["speeds"]
+        self.assertEqual(speeds, [{"name": "mean of 7", "along_m_per_s": [3, 4], "across_m_per_s": [1, 1]}])
 
     def test_a_run_that_was_killed_is_not_called_running(self):
         run = GrowingRun(self.folder / "run")

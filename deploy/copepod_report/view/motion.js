@@ -27,34 +27,23 @@ class Motion {
     return [0, 1, 2].map((k) => this.low[body][k] + (this.span[body][k] * this.positions[at + k]) / LEVELS);
   }
 
-  /** Between two frames: {position, orientation (w, x, y, z), speed_m_per_s}; `at`: frame with a fraction. */
+  /** Between two frames: {position, orientation (a quaternion), speed_m_per_s}; `at`: frame with a fraction. */
   state(at, body) {
-    const before = Math.min(Math.floor(at), this.last);
-    const after = Math.min(before + 1, this.last);
-    const share = at - before;
-    const mixed = (a, b) => a + share * (b - a);
+    const { before, after, share } = this.around(at);
     const [from, to] = [this.sampled(before, body), this.sampled(after, body)];
     const speed = (frame) => (this.fastest_m_per_s[body] * this.speeds[frame * this.bodies + body]) / LEVELS;
     return {
-      position: from.map((value, k) => mixed(value, to[k])),
-      orientation: this.turned(before, after, share, body),
-      speed_m_per_s: mixed(speed(before), speed(after)),
+      position: plus(from, plus(to, from, -1), share),
+      orientation: this.orientation(before, body).slerp(this.orientation(after, body), share),
+      speed_m_per_s: speed(before) + share * (speed(after) - speed(before)),
     };
   }
 
-  turned(before, after, share, body) {
-    if (!this.turns.has(body)) return this.orientations[body];
-    const [from, to] = [this.quaternion(before, body), this.quaternion(after, body)];
-    const sign = from.reduce((sum, value, k) => sum + value * to[k], 0) < 0 ? -1 : 1;
-    const mixed = from.map((value, k) => value + share * (sign * to[k] - value));
-    const norm = Math.hypot(...mixed);
-    return mixed.map((value) => value / norm);
-  }
-
-  quaternion(frame, body) {
+  orientation(frame, body) {
+    if (!this.turns.has(body)) return quaternion(this.orientations[body]);
     const at = 3 * (frame * this.turns.size + this.turns.get(body));
     const [x, y, z] = [0, 1, 2].map((k) => this.rotations[at + k] / 32767);
-    return [Math.sqrt(Math.max(0, 1 - x * x - y * y - z * z)), x, y, z];
+    return quaternion([Math.sqrt(Math.max(0, 1 - x * x - y * y - z * z)), x, y, z]);
   }
 
   /** Frame, with its fraction, at a step of the run. */
@@ -66,11 +55,16 @@ class Motion {
     return Math.min(after, before + (step - this.steps[before]) / (this.steps[after] - this.steps[before]));
   }
 
+  /** The frames before and after `at`, and how much the second one counts. */
+  around(at) {
+    const before = Math.min(Math.floor(at), this.last);
+    return { before, after: Math.min(before + 1, this.last), share: at - before };
+  }
+
   /** Step or time of the run at a frame with its fraction, from those of all frames. */
   between(values, at) {
-    const before = Math.min(Math.floor(at), this.last);
-    const after = Math.min(before + 1, this.last);
-    return values[before] + (at - before) * (values[after] - values[before]);
+    const { before, after, share } = this.around(at);
+    return values[before] + share * (values[after] - values[before]);
   }
 
   stepAt(at) {
@@ -79,15 +73,8 @@ class Motion {
 
   /** Opposite corners of what all bodies, with their shapes, sweep. */
   extent(shapes) {
-    const low = [Infinity, Infinity, Infinity];
-    const high = [-Infinity, -Infinity, -Infinity];
-    shapes.forEach(({ reach }, body) => {
-      for (let k = 0; k < 3; k++) {
-        low[k] = Math.min(low[k], this.low[body][k] - reach);
-        high[k] = Math.max(high[k], this.low[body][k] + this.span[body][k] + reach);
-      }
-    });
-    return { low, high };
+    const swept = this.low.map((low, body) => ({ low, high: plus(low, this.span[body]) }));
+    return swept.map((corners, body) => widened(corners, shapes[body].reach)).reduce(joined);
   }
 }
 
@@ -95,4 +82,14 @@ const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const plus = (a, b, factor = 1) => a.map((value, k) => value + factor * b[k]);
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const scaled = (a, factor) => a.map((value) => value * factor);
+const quaternion = ([w, x, y, z]) => new THREE.Quaternion(x, y, z, w);
 const normalised = (a) => scaled(a, 1 / (Math.hypot(...a) || 1));
+
+// Boxes along the axes: {low, high}, two opposite corners.
+const sizeOf = ({ low, high }) => plus(high, low, -1);
+const middleOf = ({ low, high }) => scaled(plus(low, high), 0.5);
+const widened = ({ low, high }, by) => ({ low: low.map((value) => value - by), high: high.map((value) => value + by) });
+const joined = (a, b) => ({
+  low: a.low.map((value, k) => Math.min(value, b.low[k])),
+  high: a.high.map((value, k) => Math.max(value, b.high[k])),
+});

@@ -1,51 +1,42 @@
 // What is drawn: bodies, arms, paths, domain and flow as objects of three.js, and the camera that turns around them.
 
-const FIELD_OF_VIEW = (35 * Math.PI) / 180;
+const FIELD_OF_VIEW = 35; // degrees, from top to bottom
+const SLOPE = Math.tan((FIELD_OF_VIEW / 2) * (Math.PI / 180));
 const MOST_PATH_LINES = 6000; // of all bodies: more stutter without a graphics card
 
 /** Turns around a target with `up` upwards on the screen; the longest axis of what is shown lies to the right. */
 class Orbit {
   constructor(extent, up) {
-    const size = plus(extent.high, extent.low, -1);
+    const size = sizeOf(extent);
     const longest = size.indexOf(Math.max(...size));
-    this.up = Math.hypot(...up) > 0 ? normalised(up) : unitVector(longest === 2 ? 0 : 2);
-    const level = (axis) => plus(unitVector(axis), this.up, -dot(unitVector(axis), this.up));
+    const upwards = Math.hypot(...up) > 0 ? normalised(up) : unitVector(longest === 2 ? 0 : 2);
+    const level = (axis) => plus(unitVector(axis), upwards, -dot(unitVector(axis), upwards));
     const along = Math.hypot(...level(longest)) > 0.1 ? longest : (longest + 1) % 3;
-    this.right = normalised(level(along));
-    this.front = cross(this.right, this.up);
-    this.frame(extent, 1);
+    const right = normalised(level(along));
+    const axes = [right, upwards, cross(right, upwards)].map((axis) => new THREE.Vector3(...axis));
+    this.level = new THREE.Quaternion().setFromRotationMatrix(new THREE.Matrix4().makeBasis(...axes));
   }
 
   /** Looks at the whole of an extent; `aspect`: width of the picture divided by its height. */
-  frame({ low, high }, aspect) {
-    this.target = scaled(plus(low, high), 0.5);
-    this.radius = Math.hypot(...plus(high, low, -1)) / 2 || 1;
+  frame(extent, aspect) {
+    const { low, high } = extent;
+    this.target = new THREE.Vector3(...middleOf(extent));
+    this.radius = Math.hypot(...sizeOf(extent)) / 2 || 1;
     this.azimuth = 0.5;
     this.elevation = 0.35;
-    const slope = Math.tan(FIELD_OF_VIEW / 2);
-    const { right, up } = this.screen;
+    const toScreen = this.orientation.inverse();
     const distances = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
-      const point = plus([0, 1, 2].map((k) => ((corner >> k) & 1 ? high : low)[k]), this.target, -1);
-      const beside = Math.max(Math.abs(dot(point, right)) / aspect, Math.abs(dot(point, up)));
-      return dot(point, this.outwards) + beside / slope;
+      const point = new THREE.Vector3(...[0, 1, 2].map((k) => ((corner >> k) & 1 ? high : low)[k]));
+      const { x, y, z } = point.sub(this.target).applyQuaternion(toScreen);
+      return z + Math.max(Math.abs(x) / aspect, Math.abs(y)) / SLOPE;
     });
     this.distance = 1.14 * Math.max(...distances);
   }
 
-  /** Towards the eye. */
-  get outwards() {
-    const level = plus(scaled(this.front, Math.cos(this.azimuth)), this.right, Math.sin(this.azimuth));
-    return plus(scaled(level, Math.cos(this.elevation)), this.up, Math.sin(this.elevation));
-  }
-
-  get eye() {
-    return plus(this.target, this.outwards, this.distance);
-  }
-
-  /** Right and upwards on the screen. */
-  get screen() {
-    const right = normalised(cross(this.up, this.outwards));
-    return { right, up: cross(this.outwards, right) };
+  /** Of the screen: from its axes, to the right, upwards and towards the eye, to those of the world. */
+  get orientation() {
+    const turn = new THREE.Euler(-this.elevation, this.azimuth, 0, "YXZ");
+    return new THREE.Quaternion().setFromEuler(turn).premultiply(this.level);
   }
 
   /** Turns what is shown, by angles in radians. */
@@ -56,8 +47,8 @@ class Orbit {
 
   /** Moves what is shown by shares of the picture's height. */
   pan(right, up) {
-    const height = 2 * this.distance * Math.tan(FIELD_OF_VIEW / 2);
-    this.target = plus(plus(this.target, this.screen.right, -right * height), this.screen.up, -up * height);
+    const height = 2 * this.distance * SLOPE;
+    this.target.sub(new THREE.Vector3(right * height, up * height, 0).applyQuaternion(this.orientation));
   }
 
   zoom(factor) {
@@ -84,13 +75,6 @@ function imagesOf(points, box) {
   return axes.reduce((sets, axis) => (beside(axis) ? [...sets, ...sets.map((set) => [...set, axis])] : sets), [[]]);
 }
 
-const mirrored = (point, axes, box) => point.map((value, k) => (axes.includes(k) ? box.size[k] - value : value));
-
-/** Orientation of the image behind planes with these normals: each reverses the two other components of (x, y, z). */
-function mirroredTurn([w, ...vector], axes) {
-  return [w, ...vector.map((value, k) => (axes.filter((axis) => axis !== k).length % 2 ? -value : value))];
-}
-
 const SMOOTH = Math.cos(0.7); // of the angle between triangles; sharper edges are seen
 
 /** The closed surface of a body, in its frame. */
@@ -103,14 +87,13 @@ class Surface {
     this.reach = Math.max(...this.points.map((point) => Math.hypot(...point)));
   }
 
-  /** `image`: axes along which it is mirrored; `marked`: with two darker quarters around its z axis. */
-  geometry(THREE, image, marked) {
-    const points = this.points.map((point) => point.map((value, k) => (image.includes(k) ? -value : value)));
+  /** `marked`: with two darker quarters around its z axis. */
+  geometry(marked) {
+    const { points } = this;
     const meeting = points.map(() => []);
     const faces = [];
     for (let at = 0; at < this.triangles.length; at += 3) {
       const corners = [...this.triangles.subarray(at, at + 3)];
-      if (image.length % 2) corners.reverse();
       const [a, b, c] = corners.map((corner) => points[corner]);
       const area = cross(plus(b, a, -1), plus(c, a, -1));
       const middle = plus(plus(a, b), c);
@@ -134,15 +117,15 @@ class Surface {
 }
 
 class Stage {
-  constructor(THREE, canvas, scene, motion) {
-    Object.assign(this, { THREE, scene, motion });
+  constructor(canvas, scene, motion) {
+    Object.assign(this, { scene, motion });
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
-    this.camera = new THREE.PerspectiveCamera((FIELD_OF_VIEW * 180) / Math.PI, 1, 0.1, 10);
+    this.camera = new THREE.PerspectiveCamera(FIELD_OF_VIEW);
     this.world = new THREE.Scene();
     this.light = new THREE.DirectionalLight(0xffffff, 0.5);
     this.world.add(new THREE.HemisphereLight(0xffffff, 0x8090a0, 0.62), this.light);
-    this.colours = { lines: [], faces: [], mirrors: [], obstacles: [] };
+    this.surroundings = { line: [], face: [], mirror: [], obstacle: [] };
     this.pathLooks = [0, 1, 2].map(() => new THREE.LineBasicMaterial({ transparent: true, opacity: 0.6 }));
     this.surfaces = scene.surfaces.map((surface) => new Surface(surface));
     this.shapes = scene.bodies.map((body) => this.surfaces[body.surface]);
@@ -167,8 +150,8 @@ class Stage {
 
   /** Instances of a geometry with an entry each in `entries`. */
   instances(geometry, entries, look = {}) {
-    const material = new this.THREE.MeshLambertMaterial(look);
-    const mesh = new this.THREE.InstancedMesh(geometry, material, entries.length);
+    const material = new THREE.MeshLambertMaterial(look);
+    const mesh = new THREE.InstancedMesh(geometry, material, entries.length);
     mesh.frustumCulled = false;
     mesh.userData = entries;
     this.world.add(mesh);
@@ -176,8 +159,8 @@ class Stage {
   }
 
   addBodies() {
-    const { THREE, scene, motion } = this;
-    const least = 0.004 * Math.hypot(...plus(this.extent.high, this.extent.low, -1));
+    const { scene, motion } = this;
+    const least = 0.004 * Math.hypot(...sizeOf(this.extent));
     this.entries = scene.bodies.flatMap(({ surface, colour }, body) =>
       imagesOf([motion.sampled(0, body)], scene.box).map((image) => {
         return { body, image, colour, surface, scale: Math.max(1, least / this.surfaces[surface].reach) };
@@ -190,60 +173,62 @@ class Stage {
     }
     const marked = motion.turns.size > 0; // so that one sees how they turn
     this.beads = [...alike.values()].map((entries) => {
-      const geometry = this.surfaces[entries[0].surface].geometry(THREE, entries[0].image, marked);
-      return this.instances(geometry, entries, { vertexColors: THREE.VertexColors });
+      const { surface, image } = entries[0];
+      const geometry = this.surfaces[surface].geometry(marked);
+      const mesh = this.instances(geometry, entries, { vertexColors: THREE.VertexColors });
+      for (const axis of image) {
+        mesh.position.setComponent(axis, scene.box.size[axis]);
+        mesh.scale.setComponent(axis, -1);
+      }
+      return mesh;
     });
     const rods = scene.arms.flatMap(([from, to]) =>
       imagesOf([motion.sampled(0, from), motion.sampled(0, to)], scene.box).map((image) => ({ from, to, image }))
     );
     this.rods = this.instances(new THREE.CylinderBufferGeometry(1, 1, 1, 24, 1, true).rotateX(Math.PI / 2), rods);
     this.rods.userData.radius = 0.16 * Math.max(least, Math.min(...this.shapes.map((shape) => shape.radius)));
-    for (const { surface, position, orientation_wxyz: [w, x, y, z] } of scene.obstacles) {
+    for (const { surface, position, orientation_wxyz } of scene.obstacles) {
       const look = new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.7 });
-      const mesh = new THREE.Mesh(this.surfaces[surface].geometry(THREE, [], false), look);
+      const mesh = new THREE.Mesh(this.surfaces[surface].geometry(false), look);
       mesh.position.fromArray(position);
-      mesh.quaternion.set(x, y, z, w);
+      mesh.quaternion.copy(quaternion(orientation_wxyz));
       this.world.add(mesh);
-      this.colours.obstacles.push(mesh);
+      this.surroundings.obstacle.push(mesh);
     }
   }
 
   /** All bodies and arms as they are at a frame, with its fraction. */
   show(at) {
-    const { THREE, scene, motion } = this;
+    const { scene, motion } = this;
     this.states = scene.bodies.map((_, body) => motion.state(at, body));
-    const [matrix, turn, scale, place] = [
-      new THREE.Matrix4(),
-      new THREE.Quaternion(),
-      new THREE.Vector3(),
-      new THREE.Vector3(),
-    ];
-    const put = (mesh, number, position, [w, x, y, z], size) => {
-      matrix.compose(place.fromArray(position), turn.set(x, y, z, w), scale.fromArray(size));
-      mesh.setMatrixAt(number, matrix);
+    const pose = new THREE.Object3D();
+    const put = (mesh, number) => {
+      pose.updateMatrix();
+      mesh.setMatrixAt(number, pose.matrix);
       mesh.instanceMatrix.needsUpdate = true;
     };
     this.beads.forEach((mesh) =>
-      mesh.userData.forEach((entry, number) => {
-        const { position, orientation } = this.placed(entry);
-        put(mesh, number, position, orientation, [entry.scale, entry.scale, entry.scale]);
+      mesh.userData.forEach(({ body, scale }, number) => {
+        pose.position.set(...this.states[body].position);
+        pose.quaternion.copy(this.states[body].orientation);
+        pose.scale.setScalar(scale);
+        put(mesh, number);
       })
     );
     const { radius } = this.rods.userData;
     this.rods.userData.forEach(({ from, to, image }, number) => {
-      const ends = [from, to].map((body) => mirrored(this.states[body].position, image, scene.box));
-      const arm = plus(ends[1], ends[0], -1);
-      const [x, y, z] = normalised(arm);
-      const axis = z < -0.999999 ? [0, 1, 0, 0] : normalised([1 + z, -y, x, 0]);
-      put(this.rods, number, scaled(plus(...ends), 0.5), axis, [radius, radius, Math.hypot(...arm)]);
+      const [start, end] = [from, to].map((body) => this.placeOf({ body, image }));
+      pose.position.set(...scaled(plus(start, end), 0.5));
+      pose.scale.set(radius, radius, Math.hypot(...plus(end, start, -1)));
+      pose.lookAt(...end);
+      put(this.rods, number);
     });
   }
 
-  /** Position and orientation of a body or image in the frame that is shown. */
-  placed({ body, image }) {
-    const { position, orientation } = this.states[body];
-    if (!image.length) return { position, orientation };
-    return { position: mirrored(position, image, this.scene.box), orientation: mirroredTurn(orientation, image) };
+  /** Where a body or image is in the frame that is shown. */
+  placeOf({ body, image }) {
+    const { position } = this.states[body];
+    return position.map((value, k) => (image.includes(k) ? this.scene.box.size[k] - value : value));
   }
 
   addPaths() {
@@ -264,40 +249,35 @@ class Stage {
   }
 
   segments(points, material) {
-    const geometry = new this.THREE.BufferGeometry();
-    geometry.setAttribute("position", new this.THREE.Float32BufferAttribute(points, 3));
-    const lines = new this.THREE.LineSegments(geometry, material);
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+    const lines = new THREE.LineSegments(geometry, material);
     lines.frustumCulled = false;
     this.world.add(lines);
     return lines;
   }
 
-  /** A rectangle with these corners in order; `normal` decides from which side it is seen. */
+  /** A rectangle with these corners; their order decides from which side it is seen. */
   face(corners, material) {
-    const geometry = new this.THREE.BufferGeometry();
-    geometry.setAttribute("position", new this.THREE.Float32BufferAttribute(corners.flat(), 3));
-    geometry.setAttribute("uv", new this.THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(corners.flat(), 3));
+    geometry.setAttribute("uv", new THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
-    const mesh = new this.THREE.Mesh(geometry, material);
+    const mesh = new THREE.Mesh(geometry, material);
     this.world.add(mesh);
     return mesh;
   }
 
   addDomain() {
-    const { THREE, scene } = this;
-    const box = scene.box;
-    if (!box || !box.size) {
-      const { low, high } = this.extent;
-      const ends = axisEnds(low, scaled([1, 1, 1], 0.15 * Math.max(...plus(high, low, -1))));
-      this.colours.lines.push(this.segments(ends.flatMap((end) => [...low, ...end]), new THREE.LineBasicMaterial()));
-      this.axes = ends;
-    }
+    const { box } = this.scene;
+    if (box && box.size) this.domain = { low: [0, 0, 0], high: box.size };
+    this.corner = (this.domain || this.extent).low;
+    const lengths = this.domain ? box.size : scaled([1, 1, 1], 0.15 * Math.max(...sizeOf(this.extent)));
+    this.axes = [0, 1, 2].map((axis) => plus(this.corner, unitVector(axis), lengths[axis]));
+    const lines = this.domain ? edgesOf(this.domain) : this.axes.flatMap((end) => [...this.corner, ...end]);
+    this.surroundings.line.push(this.segments(lines, new THREE.LineBasicMaterial()));
     if (!box) return;
-    const bounds = box.size ? { low: [0, 0, 0], high: box.size } : around(this.extent);
-    if (box.size) {
-      this.domain = bounds;
-      this.axes = axisEnds([0, 0, 0], box.size);
-    }
+    const bounds = this.domain || widened(this.extent, Math.max(...sizeOf(this.extent)));
     const across = (axis, at) => rectangle(scaled(unitVector(axis), at), ...[0, 1, 2].filter((k) => k !== axis), bounds);
     const seeThrough = { transparent: true, depthWrite: false };
     for (const name of box.walls) {
@@ -307,26 +287,20 @@ class Stage {
       if (high === (axis !== 1)) corners.reverse(); // seen from the inside only
       const material = new THREE.MeshBasicMaterial({ ...seeThrough, opacity: 0.5 });
       if (!box.size) material.side = THREE.DoubleSide;
-      this.colours.faces.push(this.face(corners, material));
+      this.surroundings.face.push(this.face(corners, material));
     }
     for (const name of box.symmetry) {
       const axis = "xyz".indexOf(name);
       const corners = across(axis, box.size[axis] / 2);
       const material = new THREE.MeshBasicMaterial({ ...seeThrough, opacity: 0.07, side: THREE.DoubleSide });
-      this.colours.mirrors.push(this.face(corners, material));
       const round = corners.flatMap((point, k) => [...point, ...corners[(k + 1) % 4]]);
-      this.colours.mirrors.push(this.segments(round, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.5 })));
+      const edges = this.segments(round, new THREE.LineBasicMaterial({ transparent: true, opacity: 0.5 }));
+      this.surroundings.mirror.push(this.face(corners, material), edges);
     }
-    if (!box.size) return;
-    const edges = [0, 1, 2].flatMap((axis) => {
-      const [from, to] = [0, box.size[axis]].map((at) => across(axis, at));
-      return from.flatMap((point, k) => [...point, ...to[k]]);
-    });
-    this.colours.lines.push(this.segments(edges, new THREE.LineBasicMaterial()));
   }
 
   addFlow() {
-    const { THREE, scene } = this;
+    const { scene } = this;
     if (!scene.flow) return;
     const { along, across, low, shape } = scene.flow;
     const pixels = new Uint8Array(3 * shape[0] * shape[1]);
@@ -337,18 +311,17 @@ class Stage {
     this.flow = this.face(rectangle(low, along, across, scene.flow), material);
   }
 
-  /** `look`: beads, flow (lists of colours), arms, line, face, mirror. */
+  /** `look`: beads, flow (lists of colours), rod, line, face, mirror, obstacle. */
   recolour(look) {
     const set = (object, colour) => object.material.color.set(colour);
     this.beads.forEach((mesh) => set(mesh, look.beads[mesh.userData[0].colour]));
     this.pathLooks.forEach((material, colour) => material.color.set(look.beads[colour]));
-    [this.rods, ...this.colours.obstacles].forEach((object) => set(object, look.arms));
-    this.colours.lines.forEach((object) => set(object, look.line));
-    this.colours.faces.forEach((object) => set(object, look.face));
-    this.colours.mirrors.forEach((object) => set(object, look.mirror));
+    set(this.rods, look.rod);
+    for (const [kind, objects] of Object.entries(this.surroundings))
+      objects.forEach((object) => set(object, look[kind]));
     if (!this.flow) return;
-    const stops = look.flow.map((colour) => new this.THREE.Color(colour));
-    const mixed = new this.THREE.Color();
+    const stops = look.flow.map((colour) => new THREE.Color(colour));
+    const mixed = new THREE.Color();
     bytesOf(this.scene.flow.levels).forEach((level, cell) => {
       const place = (level / 255) * (stops.length - 1);
       const before = Math.min(Math.floor(place), stops.length - 2);
@@ -359,8 +332,9 @@ class Stage {
   }
 
   setVisible(what, visible) {
-    const of = { paths: this.pathLooks, flow: [this.flow], domain: Object.values(this.colours).flat() };
-    of[what].forEach((object) => object && (object.visible = visible));
+    const { pathLooks, flow, surroundings } = this;
+    const parts = { paths: pathLooks, flow: flow ? [flow] : [], domain: Object.values(surroundings).flat(), follow: [] };
+    parts[what].forEach((object) => (object.visible = visible));
   }
 
   /** Draws; width and height of the canvas in pixels of the page. */
@@ -370,19 +344,17 @@ class Stage {
       this.renderer.setSize(width, height, false);
     }
     const { camera } = this;
-    const { low, high } = this.whole();
-    const away = plus(orbit.target, scaled(plus(low, high), 0.5), -1);
-    const reach = 1.5 * (orbit.radius + Math.hypot(...away)) + Math.hypot(...plus(high, low, -1));
+    const whole = this.whole();
+    const away = plus(orbit.target.toArray(), middleOf(whole), -1);
+    const reach = 1.5 * (orbit.radius + Math.hypot(...away)) + Math.hypot(...sizeOf(whole));
     camera.aspect = width / height;
     camera.near = Math.max(orbit.distance - reach, orbit.distance / 200);
     camera.far = orbit.distance + reach;
-    camera.position.fromArray(orbit.eye);
-    camera.up.fromArray(orbit.screen.up);
-    camera.lookAt(...orbit.target);
+    camera.quaternion.copy(orbit.orientation);
+    camera.position.set(0, 0, orbit.distance).applyQuaternion(camera.quaternion).add(orbit.target);
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
-    const { right, up } = orbit.screen;
-    this.light.position.fromArray(plus(plus(orbit.outwards, up, 0.8), right, -0.5));
+    this.light.position.set(-0.5, 0.8, 1).applyQuaternion(camera.quaternion);
     this.renderer.render(this.world, camera);
   }
 
@@ -392,7 +364,7 @@ class Stage {
 
   /** The entry of the body or image nearest to the eye at a place in the picture, from (-1, -1) to (1, 1), or null. */
   entryAt(x, y) {
-    const ray = new this.THREE.Raycaster();
+    const ray = new THREE.Raycaster();
     ray.setFromCamera({ x, y }, this.camera);
     const [nearest] = ray.intersectObjects(this.beads);
     return nearest ? nearest.object.userData[nearest.instanceId] : null;
@@ -400,25 +372,13 @@ class Stage {
 
   /** Where a point of the world is in the picture, in shares of width and height from its upper left corner. */
   projected(point) {
-    const seen = new this.THREE.Vector3(...point).project(this.camera);
+    const seen = new THREE.Vector3(...point).project(this.camera);
     return { left: (seen.x + 1) / 2, top: (1 - seen.y) / 2 };
   }
 }
 
-/** Ends of three axes from a corner. */
-function axisEnds(corner, lengths) {
-  return [0, 1, 2].map((axis) => plus(corner, unitVector(axis), lengths[axis]));
-}
-
-/** Three times as wide, for a plane without edges. */
-function around({ low, high }) {
-  const size = Math.max(...plus(high, low, -1));
-  return { low: low.map((value) => value - size), high: high.map((value) => value + size) };
-}
-
-function joined(a, b) {
-  return {
-    low: a.low.map((value, k) => Math.min(value, b.low[k])),
-    high: a.high.map((value, k) => Math.max(value, b.high[k])),
-  };
+/** Ends of all edges of a box. */
+function edgesOf(box) {
+  const block = new THREE.BoxBufferGeometry(...sizeOf(box)).translate(...middleOf(box));
+  return new THREE.EdgesGeometry(block).attributes.position.array;
 }

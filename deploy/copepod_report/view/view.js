@@ -2,11 +2,6 @@
 
 const SECONDS_PER_CYCLE = 2; // of the stroke, at normal speed
 const SECONDS_PER_RUN = 12; // without a stroke
-const SPEEDS = [["¼ ×", 0.25], ["½ ×", 0.5], ["1 ×", 1], ["2 ×", 2], ["4 ×", 4]];
-const KEYS =
-  "Drag, or arrow keys: turn. Shift and drag, or shift and arrow keys: move. Wheel or pinch after a click into the " +
-  "view, or + and −: zoom. Space: play. Comma and full stop: one sample back and forth. N and B: next and previous " +
-  "body. Home: reset.";
 
 /** A duration or a speed in a unit of a good size, from SI: three digits. */
 function withUnit(value, unit) {
@@ -20,10 +15,7 @@ function withUnit(value, unit) {
 
 function element(name, attributes = {}, ...children) {
   const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) {
-    if (key.startsWith("on")) made.addEventListener(key.slice(2), value);
-    else made.setAttribute(key, value);
-  }
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
   made.append(...children);
   return made;
 }
@@ -32,10 +24,9 @@ const prefersLittleMotion = window.matchMedia("(prefers-reduced-motion: reduce)"
 
 class View {
   /** `place`: the element to fill; `live`: new samples will arrive, and the view stays with the newest. */
-  constructor(place, scene, THREE, live = false) {
-    Object.assign(this, { place, scene, THREE, at: 0, playing: false, follows: false, selected: null });
-    this.isAtEnd = live;
-    this.visible = { paths: true, flow: true, domain: true };
+  constructor(place, scene, live) {
+    Object.assign(this, { place, scene, at: 0, playing: false, selected: null, isAtEnd: live });
+    this.switches = { paths: true, flow: true, domain: true, follow: false };
     this.build();
     this.take(scene);
     if (live) this.at = this.motion.last;
@@ -49,44 +40,27 @@ class View {
   }
 
   build() {
-    this.holder = element("div", { class: "canvas" });
-    this.labels = ["x", "y", "z"].map((name) => element("span", { class: "axis", "aria-hidden": "true" }, name));
-    this.tip = element("div", { class: "tip", role: "status", hidden: "" });
-    this.holder.append(...this.labels, this.tip);
-    this.playButton = element("button", { type: "button", class: "play", onclick: () => this.toggle() });
-    this.slider = element("input", {
-      ...{ type: "range", min: 0, max: 0, step: 1, value: 0, "aria-label": "time" },
-      oninput: () => (this.pause(), this.goTo(Number(this.slider.value))),
-    });
-    this.clock = element("output", { class: "clock" });
-    this.speed = element("select", { "aria-label": "speed of the playback" });
-    SPEEDS.forEach(([name, value]) => this.speed.append(element("option", { value }, name)));
-    this.speed.value = "1";
-    const bar = element("div", { class: "bar" }, this.playButton, this.slider, this.clock, this.speed);
-    this.place.append(this.holder, bar, this.switches());
+    const find = (selector) => this.place.querySelector(selector);
+    const all = (selector) => [...this.place.querySelectorAll(selector)];
+    this.place.replaceChildren(document.getElementById("controls").content.cloneNode(true));
+    [this.holder, this.tip, this.clock, this.speed] = [".canvas", ".tip", ".clock", "select"].map(find);
+    [this.playButton, this.slider] = [".play", "[type=range]"].map(find);
+    this.labels = all(".axis");
+    this.keys = find("details p").textContent;
+    this.playButton.onclick = () => this.toggle();
+    this.slider.oninput = () => (this.pause(), this.goTo(Number(this.slider.value)));
+    all("[type=checkbox]").forEach((box) => (box.onchange = () => this.setSwitch(box.name, box.checked)));
+    all(".switches button").forEach((button) => (button.onclick = () => this.lookAt(button.name)));
+    find("[name=flow]").parentElement.hidden = !this.scene.flow;
+    find("button[name=domain]").hidden = !this.scene.box || !this.scene.box.size;
     this.showPlaying();
   }
 
-  switches() {
-    const list = element("div", { class: "switches" });
-    const add = (name, checked, act) => {
-      const box = element("input", { type: "checkbox", onchange: () => (act(box.checked), this.draw()) });
-      box.checked = checked;
-      list.append(element("label", {}, box, ` ${name}`));
-    };
-    const show = (what) => (checked) => {
-      this.visible[what] = checked;
-      if (this.stage) this.stage.setVisible(what, checked);
-    };
-    add("paths", true, show("paths"));
-    add("domain", true, show("domain"));
-    if (this.scene.flow) add("flow", true, show("flow"));
-    add("follow the bodies", false, (checked) => (this.follows = checked));
-    list.append(element("button", { type: "button", onclick: () => this.lookAt("bodies") }, "bodies"));
-    if (this.scene.box && this.scene.box.size)
-      list.append(element("button", { type: "button", onclick: () => this.lookAt("domain") }, "whole domain"));
-    list.append(element("details", {}, element("summary", {}, "keys"), element("p", {}, KEYS)));
-    return list;
+  /** Shows or hides a part of what is drawn, or follows the bodies or not. */
+  setSwitch(what, isOn) {
+    this.switches[what] = isOn;
+    if (this.stage) this.stage.setVisible(what, isOn);
+    this.draw();
   }
 
   /** Draws only while on the screen: a page of many runs holds few contexts of WebGL at a time. */
@@ -100,11 +74,11 @@ class View {
 
   open() {
     if (this.stage) return;
-    const label = `Interactive view of ${this.scene.name}. ${KEYS}`;
+    const label = `Interactive view of ${this.scene.name}. ${this.keys}`;
     this.canvas = element("canvas", { tabindex: 0, role: "application", "aria-label": label });
     this.holder.prepend(this.canvas);
     try {
-      this.stage = new Stage(this.THREE, this.canvas, this.scene, this.motion);
+      this.stage = new Stage(this.canvas, this.scene, this.motion);
     } catch (problem) {
       this.place.replaceChildren(
         element("p", { class: "missing" }, `The interactive view needs WebGL (${problem.message}). The figures show the run.`)
@@ -112,7 +86,7 @@ class View {
       return;
     }
     this.listen();
-    for (const [what, visible] of Object.entries(this.visible)) this.stage.setVisible(what, visible);
+    for (const [what, isOn] of Object.entries(this.switches)) this.stage.setVisible(what, isOn);
     if (!this.orbit) {
       this.orbit = new Orbit(this.stage.whole(), this.scene.up);
       this.lookAt(this.bodiesAreSmall() ? "bodies" : "domain");
@@ -130,8 +104,8 @@ class View {
   }
 
   bodiesAreSmall() {
-    const size = ({ low, high }) => Math.hypot(...plus(high, low, -1));
-    return size(this.stage.whole()) > 6 * size(this.stage.extent);
+    const length = (extent) => Math.hypot(...sizeOf(extent));
+    return length(this.stage.whole()) > 6 * length(this.stage.extent);
   }
 
   lookAt(what) {
@@ -146,10 +120,10 @@ class View {
     if (!this.stage) return;
     const style = getComputedStyle(this.place);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const [line, face, mirror, arms] = ["--soft", "--line", "--mark", "--soft"].map(colour);
+    const [soft, face, mirror] = ["--soft", "--line", "--mark"].map(colour);
     const beads = [0, 1, 2].map((number) => colour(`--bead-${number}`));
     const flow = colour("--flow").split(",").map((part) => part.trim());
-    this.stage.recolour({ beads, flow, line, face, mirror, arms });
+    this.stage.recolour({ beads, flow, rod: soft, line: soft, face, mirror, obstacle: soft });
   }
 
   /** New samples of a run that continues. */
@@ -253,7 +227,7 @@ class View {
   followBodies() {
     const all = this.stage.states.map((state) => state.position);
     const centre = scaled(all.reduce((sum, position) => plus(sum, position)), 1 / all.length);
-    if (this.follows && this.centre) this.orbit.target = plus(this.orbit.target, plus(centre, this.centre, -1));
+    if (this.switches.follow && this.centre) this.orbit.target.add(new THREE.Vector3(...plus(centre, this.centre, -1)));
     this.centre = centre;
   }
 
@@ -267,10 +241,10 @@ class View {
   }
 
   placeLabels() {
-    const corner = this.stage.domain ? this.stage.domain.low : this.stage.extent.low;
+    const { corner, axes } = this.stage;
     this.labels.forEach((label, axis) => {
-      label.hidden = !this.visible.domain;
-      const end = plus(corner, plus(this.stage.axes[axis], corner, -1), 1.06);
+      label.hidden = !this.switches.domain;
+      const end = plus(corner, plus(axes[axis], corner, -1), 1.06);
       const { left, top } = this.stage.projected(end);
       label.style.left = `${100 * left}%`;
       label.style.top = `${100 * top}%`;
@@ -282,7 +256,7 @@ class View {
     const entry = this.selected;
     this.tip.hidden = !entry;
     if (!entry) return;
-    const { position } = this.stage.placed(entry);
+    const position = this.stage.placeOf(entry);
     const { name } = this.scene.bodies[entry.body];
     const text = position.map((value) => value.toPrecision(4)).join(", ");
     const speed = withUnit(this.stage.states[entry.body].speed_m_per_s, "m/s");
@@ -298,36 +272,27 @@ class View {
 
   listen() {
     const { canvas } = this;
-    const fingers = new Map();
-    let gesture = null; // of two fingers: their middle and distance
-    const share = (pixels) => pixels / this.holder.clientHeight;
+    const fingers = new Map(); // the last event of each; a mouse is one, too
     const seen = () => {
-      const [a, b] = [...fingers.values()];
+      const [a, b = a] = fingers.values();
       return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) || 1 };
     };
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
-      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      gesture = fingers.size === 2 ? seen() : null;
+      fingers.set(event.pointerId, event);
     });
     canvas.addEventListener("pointermove", (event) => {
-      const before = fingers.get(event.pointerId);
-      if (!before) return this.point(event);
-      const [right, down] = [event.clientX - before.x, event.clientY - before.y];
-      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-      if (gesture && fingers.size === 2) {
-        const now = seen();
-        this.orbit.pan(share(now.x - gesture.x), share(gesture.y - now.y));
-        this.orbit.zoom(gesture.apart / now.apart);
-        gesture = now;
-      } else if (event.shiftKey || event.buttons & 6) {
-        this.orbit.pan(share(right), share(-down));
-      } else {
-        this.orbit.turn(4 * share(right), 4 * share(down));
-      }
+      if (!fingers.has(event.pointerId)) return this.point(event);
+      const before = seen();
+      fingers.set(event.pointerId, event);
+      const now = seen();
+      const [right, down] = [now.x - before.x, now.y - before.y].map((pixels) => pixels / this.holder.clientHeight);
+      if (fingers.size > 1 || event.shiftKey || event.buttons & 6) this.orbit.pan(right, -down);
+      else this.orbit.turn(4 * right, 4 * down);
+      this.orbit.zoom(before.apart / now.apart);
       this.draw();
     });
-    const release = (event) => (fingers.delete(event.pointerId), (gesture = null));
+    const release = (event) => fingers.delete(event.pointerId);
     canvas.addEventListener("pointerup", release);
     canvas.addEventListener("pointercancel", release);
     canvas.addEventListener("pointerleave", () => fingers.size || this.select(null));
@@ -394,19 +359,17 @@ class View {
 
 /** three.js from the page, where it is compressed; only when a view needs it. */
 async function loadThree() {
-  if (window.THREE) return window.THREE;
+  if (window.THREE) return;
   const packed = bytesOf(document.getElementById("three").textContent);
   const code = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
   document.head.append(element("script", {}, code));
-  return window.THREE;
 }
 
 /** Fills an element with the view of a scene, or with why there is none; returns the view or null. */
 async function openView(place, scene, live) {
   try {
-    const THREE = await loadThree();
-    place.replaceChildren();
-    return new View(place, scene, THREE, live);
+    await loadThree();
+    return new View(place, scene, live);
   } catch (problem) {
     const reason = `The interactive view does not work in this browser (${problem.message}). The figures show the run.`;
     place.replaceChildren(element("p", { class: "missing" }, reason));
