@@ -173,10 +173,9 @@ void read_anchors(Reader& reader, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& 
   const Value both = *reader.raw("anchors_m");
   for (std::size_t end = 0; end < anchors.size(); ++end) {
     // A list in a list has no keys, so the position of each anchor serves as its key.
-    Value wrapped = Value::mapping();
-    wrapped.add(std::to_string(end), both.items[end]);
-    Reader anchor(&wrapped, reader.path_of("anchors_m"), reader.problems());
-    *anchors[end] = anchor.numbers(std::to_string(end), 3);
+    const std::string key = std::to_string(end);
+    const Value wrapped{Value::Kind::mapping, {}, {}, {{key, {}, both.items[end]}}, {}};
+    *anchors[end] = Reader(&wrapped, reader.path_of("anchors_m"), reader.problems()).numbers(key, 3);
   }
 }
 

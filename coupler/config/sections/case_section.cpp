@@ -224,10 +224,7 @@ Case read_case(Reader top) {
 }
 
 ordered_json resolved(Case the_case) {
-  ordered_json top;
-  Keys keys = Keys::writing(top);
-  declare(keys, the_case);
-  return top;
+  return Keys::written([&](Keys& keys) { declare(keys, the_case); });
 }
 
 ordered_json case_schema() {

@@ -33,11 +33,6 @@ struct Value {
   std::vector<Entry> entries;  ///< of a mapping, in written order
   Origin origin;
 
-  static Value mapping();
-
-  /// Appends an entry to a mapping.
-  void add(const std::string& key, Value item);
-
   [[nodiscard]] const Value* find(std::string_view key) const;  ///< nullptr if not a mapping or not there
   [[nodiscard]] Value* find(std::string_view key);
 };

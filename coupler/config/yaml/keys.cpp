@@ -58,23 +58,27 @@ ordered_json schema_of_list(ordered_json item, std::size_t count) {
   return schema;
 }
 
-ordered_json schema_of_file(const std::string& kind, const char* description,
-                            const std::function<void(Keys&)>& declare) {
+ordered_json schema_of_file(const std::string& kind, const char* description, const Keys::Declare& declare) {
   ordered_json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                       {"$id", kind + ".schema.json"},
                       {"title", "Copepod " + kind},
                       {"description", description}};
-  ordered_json keys_only;
-  Keys keys = Keys::describing(keys_only);
-  declare(keys);
-  schema.update(keys_only);
+  schema.update(Keys::described(declare));
   return schema;
 }
 
-Keys Keys::describing(ordered_json& schema) {
-  if (schema.is_null())
-    schema = {{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
-  return {nullptr, nullptr, &schema};
+ordered_json Keys::written(const Declare& declare) {
+  ordered_json section = ordered_json::object();
+  Keys keys(nullptr, &section, nullptr);
+  declare(keys);
+  return section;
+}
+
+ordered_json Keys::described(const Declare& declare) {
+  ordered_json schema{{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
+  Keys keys(nullptr, nullptr, &schema);
+  declare(keys);
+  return schema;
 }
 
 void Keys::describe(const Key& key, const ordered_json& form, const char* description) {
@@ -206,53 +210,38 @@ std::size_t Keys::choose(const Key& key, std::size_t place, std::span<const char
   return found < names.size() ? found : place;
 }
 
-void Keys::section(const Key& key, const char* description, const std::function<void(Keys&)>& declare) {
+void Keys::section(const Key& key, const char* description, const Declare& declare) {
   if (reader_ != nullptr) {
     Reader below = reader_->section(key.name);
     Keys keys = reading(below);
     declare(keys);
   }
-  if (resolved_ != nullptr) {
-    ordered_json below = ordered_json::object();
-    Keys keys = writing(below);
-    declare(keys);
-    (*resolved_)[key.name] = std::move(below);
-  }
-  if (!describes()) return;
-  ordered_json below;
-  Keys keys = describing(below);
-  declare(keys);
-  describe(key, below, description);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = written(declare);
+  if (describes()) describe(key, described(declare), description);
 }
 
-void Keys::either(const Key& key, const std::function<void(Keys&)>& declare) {
+void Keys::either(const Key& key, const Declare& declare) {
   if (!describes()) return section(key, "", declare);
-  ordered_json below;
-  Keys keys = describing(below);
-  declare(keys);
   ordered_json& known = (*schema_)["properties"][key.name];
   ordered_json both{{"description", known["description"]}};
   known.erase("description");
-  both["anyOf"] = {std::move(known), std::move(below)};
+  both["anyOf"] = {std::move(known), described(declare)};
   known = std::move(both);
 }
 
 void Keys::items(const Key& key, std::size_t count, const char* description,
                  const std::function<void(Keys&, std::size_t)>& declare) {
-  ordered_json items = ordered_json::array();
+  if (resolved_ != nullptr) (*resolved_)[key.name] = ordered_json::array();
   for (std::size_t i = 0; i < count; ++i) {
+    const auto declare_item = [&](Keys& keys) { declare(keys, i); };
     if (reader_ != nullptr) {
       Reader below = reader_->item(key.name, i);
       Keys keys = reading(below);
-      declare(keys, i);
-    } else {
-      ordered_json& below = items.emplace_back(resolved_ != nullptr ? ordered_json::object() : ordered_json());
-      Keys keys = resolved_ != nullptr ? writing(below) : describing(below);
-      declare(keys, i);
+      declare_item(keys);
     }
+    if (resolved_ != nullptr) (*resolved_)[key.name].push_back(written(declare_item));
+    if (describes() && i == 0) describe(key, schema_of_list(described(declare_item), 0), description);
   }
-  if (describes()) describe(key, schema_of_list(items[0], 0), description);
-  if (resolved_ != nullptr) (*resolved_)[key.name] = std::move(items);
 }
 
 }  // namespace copepod::coupler
