@@ -70,7 +70,7 @@ void read_range(Reader range, SweptKey& parameter, const Origin& origin) {
 SweptKey read_parameter(Reader& parameters, const Value::Entry& entry) {
   SweptKey parameter{entry.key, SweepScale::linear, {}};
   if (entry.value.kind == Value::Kind::mapping) {
-    read_range(parameters.invented(entry.key), parameter, entry.key_origin);
+    read_range(parameters.section(entry.key), parameter, entry.key_origin);
   } else if (entry.value.kind != Value::Kind::sequence) {
     parameters.reject(
         entry.key, "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: 3}.");

@@ -49,7 +49,7 @@ Value::Entry parse_override(const std::string& text) {
     const std::string what = equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
     throw CaseInvalid(origin, "'" + text + "' is not an assignment (" + what + "). Write --set key.path=value.");
   }
-  return {text.substr(0, equals), origin, parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped)};
+  return {text.substr(0, equals), origin, parse_yaml(text.substr(equals + 1), origin)};
 }
 
 }  // namespace
@@ -106,9 +106,10 @@ Document Document::load(const std::string& file, const std::vector<std::string>&
 
 Document Document::parse(const std::string& text, const std::string& source,
                          const std::vector<std::string>& overrides) {
-  Value written = parse_yaml(text, source, LineNumbers::kept);
+  const Origin start{source, 1};
+  Value written = parse_yaml(text, start);
   if (written.kind != Value::Kind::mapping) {
-    throw CaseInvalid(Origin{source, 1},
+    throw CaseInvalid(start,
                       "the case is not a mapping (it must consist of `key: value` lines). Start it with `case: name`.");
   }
   std::vector<Value::Entry> assignments;

@@ -11,7 +11,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json form_of_text() { return {{"type", "string"}}; }
+const ordered_json form_of_text{{"type", "string"}};
+
+/// What holds without the key; nothing where it is required.
+template <typename Value>
+std::optional<Value> default_of(const Key& key, const Value& value) {
+  return key.is_required() ? std::nullopt : std::optional(value);
+}
 
 ordered_json with_default(ordered_json schema, const ordered_json& value, const Key& key) {
   if (key.need == Need::never) schema["default"] = value;
@@ -29,12 +35,11 @@ void merge(ordered_json& known, const ordered_json& other) {
   }
   if (!known.contains("required")) return;
   const ordered_json others = other.value("required", ordered_json::array());
-  ordered_json& needed = known["required"];
-  needed.erase(
-      std::remove_if(needed.begin(), needed.end(),
-                     [&](const ordered_json& name) { return std::ranges::find(others, name) == others.end(); }),
-      needed.end());
-  if (needed.empty()) known.erase("required");
+  ordered_json both = ordered_json::array();
+  for (const ordered_json& name : known["required"])
+    if (std::ranges::find(others, name) != others.end()) both.push_back(name);
+  known["required"] = both;
+  if (both.empty()) known.erase("required");
 }
 
 }  // namespace
@@ -99,17 +104,10 @@ void Keys::describe_also(const ordered_json& more) {
   if (describes()) schema_->update(more);
 }
 
-template <typename Value, typename Read, typename Form>
-void Keys::plain(const Key& key, Value& value, const Read& read, const Form& form, const char* description) {
-  if (reader_ != nullptr) value = read(key.is_required() ? std::nullopt : std::optional(value));
-  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
-  if (describes()) describe(key, form(), description);
-}
-
 void Keys::number(const Key& key, double& value, Range range, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->number(key.name, range, otherwise); },
-      [&] { return with_default(schema_of_number(range), value, key); }, description);
+  if (reader_ != nullptr) value = reader_->number(key.name, range, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, with_default(schema_of_number(range), value, key), description);
 }
 
 void Keys::number(const Key& key, std::optional<double>& value, Range range, const char* description) {
@@ -145,54 +143,50 @@ void Keys::number_or(const Key& key, std::optional<double>& value, Range range, 
 }
 
 void Keys::integer(const Key& key, std::int64_t& value, Range range, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->integer(key.name, range, otherwise); },
-      [&] { return with_default(schema_of_integer(range), value, key); }, description);
+  if (reader_ != nullptr) value = reader_->integer(key.name, range, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, with_default(schema_of_integer(range), value, key), description);
 }
 
 void Keys::numbers(const Key& key, Eigen::Ref<Eigen::VectorXd> values, const char* description) {
-  Eigen::VectorXd known = values;
-  plain(
-      key, known, [&](const auto& otherwise) { return reader_->numbers(key.name, known.size(), otherwise); },
-      [&] {
-        const auto size = static_cast<std::size_t>(known.size());
-        return with_default(schema_of_list(schema_of_number(Range::any), size), known, key);
-      },
-      description);
-  values = known;
+  if (reader_ != nullptr) values = reader_->numbers(key.name, values.size(), default_of(key, Eigen::VectorXd(values)));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = values;
+  if (!describes()) return;
+  const ordered_json form = schema_of_list(schema_of_number(Range::any), static_cast<std::size_t>(values.size()));
+  describe(key, with_default(form, values, key), description);
 }
 
 void Keys::integers(const Key& key, std::span<std::int64_t> values, Range range, const char* description) {
-  std::vector<std::int64_t> known(values.begin(), values.end());
-  plain(
-      key, known, [&](const auto& otherwise) { return reader_->integers(key.name, known.size(), range, otherwise); },
-      [&] { return with_default(schema_of_list(schema_of_integer(range), known.size()), known, key); }, description);
-  std::ranges::copy(known, values.begin());
+  const std::vector<std::int64_t> known(values.begin(), values.end());
+  if (reader_ != nullptr)
+    std::ranges::copy(reader_->integers(key.name, known.size(), range, default_of(key, known)), values.begin());
+  if (resolved_ != nullptr) (*resolved_)[key.name] = known;
+  if (!describes()) return;
+  describe(key, with_default(schema_of_list(schema_of_integer(range), known.size()), known, key), description);
 }
 
 void Keys::text(const Key& key, std::string& value, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->text(key.name, otherwise); }, form_of_text, description);
+  if (reader_ != nullptr) value = reader_->text(key.name, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  describe(key, form_of_text, description);
 }
 
 void Keys::name(const Key& key, std::string& value, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->name(key.name, otherwise); }, form_of_text, description);
+  if (reader_ != nullptr) value = reader_->name(key.name, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  describe(key, form_of_text, description);
 }
 
 void Keys::words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description) {
-  plain(
-      key, values, [&](const auto&) { return reader_->words(key.name); },
-      [&] { return schema_of_list(form_of_text(), count); }, description);
+  if (reader_ != nullptr) values = reader_->words(key.name);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = values;
+  if (describes()) describe(key, schema_of_list(form_of_text, count), description);
 }
 
 void Keys::command(const Key& key, std::vector<std::string>& words, const char* description) {
-  plain(
-      key, words, [&](const auto&) { return reader_->command(key.name); },
-      [] {
-        return ordered_json{{"anyOf", {form_of_text(), schema_of_list(form_of_text(), 0)}}};
-      },
-      description);
+  if (reader_ != nullptr) words = reader_->command(key.name);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = words;
+  if (describes()) describe(key, {{"anyOf", {form_of_text, schema_of_list(form_of_text, 0)}}}, description);
 }
 
 void Keys::flag(const Key& key, bool& value, const char* description) {

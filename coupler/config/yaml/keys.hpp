@@ -106,10 +106,6 @@ class Keys {
  private:
   Keys(Reader* reader, nlohmann::ordered_json* resolved, nlohmann::ordered_json* schema)
       : reader_(reader), resolved_(resolved), schema_(schema) {}
-  /// A key whose value is read, written and described as it is.
-  /// @param read  its value; of a default, or of nothing where the key is required
-  template <typename Value, typename Read, typename Form>
-  void plain(const Key& key, Value& value, const Read& read, const Form& form, const char* description);
   /// @return the place of what is chosen among the names
   std::size_t choose(const Key& key, std::size_t place, std::span<const char* const> names, const char* description);
   void items(const Key& key, std::size_t count, const char* description,
