@@ -49,13 +49,6 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
 /// Stiffness that a force between two bodies works against: of all springs between them [N/m].
 using StiffnessBetween = std::map<std::pair<int, int>, double>;
 
-StiffnessBetween stiffness_between_bodies(const Assembly& assembly) {
-  StiffnessBetween stiffness_N_per_m;
-  for (const SpringSpecification& spring : assembly.springs)
-    stiffness_N_per_m[std::minmax(spring.body_A, spring.body_B)] += spring.stiffness_N_per_m;
-  return stiffness_N_per_m;
-}
-
 /// Amplitude of a body's velocity under a force that varies with angular frequency ω, the smallest of what drag,
 /// inertia and the springs along the force alone allow [m/s]:
 ///   a / (6π ρ ν r),  a / (ω m)  and  ω a / k
@@ -151,7 +144,9 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
     judge_velocity(boundary.largest_speed(), the_case, face_path(face), "the speed of the wall", problems);
     judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
-  const StiffnessBetween stiffness_between = stiffness_between_bodies(assembly);
+  StiffnessBetween stiffness_between;
+  for (const SpringSpecification& spring : assembly.springs)
+    stiffness_between[std::minmax(spring.body_A, spring.body_B)] += spring.stiffness_N_per_m;
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const DrivenActuator& driven = assembly.drive[i];
     const bool judged = i > 0 && assembly.signal_paths[i] == assembly.signal_paths[i - 1];  // arms of one stroke

@@ -345,11 +345,6 @@ std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const P
   return places;
 }
 
-/// "swimmer_007" of 100.
-std::string name_of_copy(const std::string& name, std::size_t number, std::size_t count) {
-  return fmt::format("{}_{:0{}}", name, number, std::to_string(count).size());
-}
-
 /// Adds the swimmers: around the other swimmers and the bodies, which have been read.
 void place(Reader& section, Swarm& swarm, Case& the_case) {
   if (section.problems().any()) return;  // places would follow from wrong numbers
@@ -362,9 +357,10 @@ void place(Reader& section, Swarm& swarm, Case& the_case) {
   if (section.problems().any()) return;
   RandomNumbers phases(
       ~static_cast<std::uint64_t>(swarm.seed));  // not those of the places, of which trials take more or fewer
+  const std::size_t digits = std::to_string(places.size()).size();
   for (std::size_t i = 0; i < places.size(); ++i) {
     Swimmer& swimmer = the_case.swimmers.emplace_back(swarm.swimmer);
-    swimmer.name = name_of_copy(swarm.swimmer.name, i + 1, places.size());
+    swimmer.name = fmt::format("{}_{:0{}}", swarm.swimmer.name, i + 1, digits);  // swimmer_007 of 100
     swimmer.center_m = places[i].center_m;
     swimmer.orientation_wxyz = places[i].orientation_wxyz;
     if (swarm.phases == Phases::random) swimmer.phase_deg = 360.0 * phases.fraction();
