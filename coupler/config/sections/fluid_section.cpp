@@ -132,7 +132,7 @@ void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
   const char* key = "symmetry_planes";
   std::vector<std::string> words;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (planes[axis]) words.push_back(axis_names[axis]);
+    if (planes[axis]) words.emplace_back(axis_names[axis]);
   keys.words(key, words, 0,
              "Mirror planes through the middle of the domain, named after their normal. Only a half, quarter or eighth "
              "is computed; all input and output is for the whole domain. A body is centred on the plane, or lies "

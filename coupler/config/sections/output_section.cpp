@@ -52,7 +52,8 @@ void declare_region(Keys& keys, std::vector<std::int64_t>& region) {
 void declare_quantities(Keys& keys, std::vector<FieldQuantity>& quantities) {
   const char* key = "quantities";
   std::vector<std::string> words;
-  for (const FieldQuantity quantity : quantities) words.push_back(name_of(quantity_names, quantity));
+  words.reserve(quantities.size());
+  for (const FieldQuantity quantity : quantities) words.emplace_back(name_of(quantity_names, quantity));
   keys.words(key, words, 0,
              "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest [Pa]; "
              "vorticity: curl of the velocity [1/s], zero in bodies. The flow picture of the report needs velocity. "
