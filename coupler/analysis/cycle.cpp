@@ -46,6 +46,20 @@ bool is_row(const Eigen::Matrix3Xd& points) {
   return squares[1] <= 1e-6 * squares[2];
 }
 
+/// Shortest rotation from one unit vector to another; a half turn about any perpendicular axis for opposite ones.
+///   R = I + [w]ₓ + [w]ₓ² / (1 + c),   w = from × to,   c = from · to
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const double c = from.dot(to);
+  if (c < -1.0 + 1e-12) {
+    const Eigen::Vector3d n = from.unitOrthogonal();
+    return 2.0 * n * n.transpose() - Eigen::Matrix3d::Identity();
+  }
+  const Eigen::Vector3d w = from.cross(to);
+  Eigen::Matrix3d cross;
+  cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+  return Eigen::Matrix3d::Identity() + cross + cross * cross / (1.0 + c);
+}
+
 /// Velocity after Golestanian and Ajdari along the own axis [docs/theory.md, (C9)], of three bodies whose arms lead
 /// from the trailing one to the middle one, and from there to the leading one.
 std::optional<double> golestanian_ajdari_m_per_s(const Cycle& cycle, const Group& group, double step_s) {
@@ -95,22 +109,11 @@ void CycleTable::add(const Group& group, const Cycle& cycle) {
   file_.flush();
 }
 
-Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  const double c = from.dot(to);
-  if (c < -1.0 + 1e-12) {
-    const Eigen::Vector3d n = from.unitOrthogonal();
-    return 2.0 * n * n.transpose() - Eigen::Matrix3d::Identity();
-  }
-  const Eigen::Vector3d w = from.cross(to);
-  Eigen::Matrix3d cross;
-  cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
-  return Eigen::Matrix3d::Identity() + cross + cross * cross / (1.0 + c);
-}
-
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd turn{Eigen::Quaterniond(rotation)};
   return turn.angle() * turn.axis();
 }
+
 RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after) {
   const Eigen::Vector3d from = before.rowwise().mean(), to = after.rowwise().mean();
   RigidMotion motion;

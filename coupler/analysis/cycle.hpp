@@ -30,10 +30,6 @@ struct RigidMotion {
 /// @param before, after  shape (3, points), at least one point, equal weights
 RigidMotion fit_rigid_motion(const Eigen::Matrix3Xd& before, const Eigen::Matrix3Xd& after);
 
-/// Shortest rotation from one unit vector to another; a half turn about any perpendicular axis for opposite ones.
-///   R = I + [w]ₓ + [w]ₓ² / (1 + c),   w = from × to,   c = from · to
-Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
-
 /// Axis times angle of a rotation, the angle in [0, π] [rad].
 Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
 

@@ -18,13 +18,36 @@ std::array<double, 3> equivalent_radii_m(const Swimmer& swimmer) {
           equivalent_radius_m(swimmer.beads[2].shape)};
 }
 
+/// @param power_W  mean driving power
+OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures, const Cycle& cycle,
+                        const Swimmer& swimmer, const FluidCase& fluid) {
+  OmegaFigures at;
+  at.omega_rad_per_s = omega_rad_per_s;
+  // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
+  at.u_GA_m_per_s = figures.K_per_m * cycle.arms(1, 0) * cycle.arms(1, 1) * omega_rad_per_s * figures.sin_dphi;
+  at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
+  const std::array<double, 3> radii_m = equivalent_radii_m(swimmer);
+  at.efficiency = efficiency(radii_m[0] + radii_m[1] + radii_m[2], figures.u_swim_m_per_s, power_W, fluid);
+  return at;
+}
+
+/// Reynolds numbers of B2, B1, B3 [paper, eq. (26)], absent in vacuum.
+std::array<std::optional<double>, 3> reynolds_numbers(const Eigen::Vector3d& speed_m_per_s, const Swimmer& swimmer,
+                                                      const FluidCase& fluid) {
+  std::array<std::optional<double>, 3> numbers;
+  const double viscosity = fluid.kinematic_viscosity_m2_per_s;
+  for (int bead = 0; bead < 3 && viscosity > 0.0; ++bead)
+    numbers[bead] = speed_m_per_s[bead] * extent_along_m(swimmer.beads[bead]) / viscosity;
+  return numbers;
+}
+
 }  // namespace
 
 std::optional<double> efficiency(double effective_radius_m, double speed_m_per_s, double power_W,
                                  const FluidSetup& fluid) {
-  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
-  if (viscosity_Pa_s == 0.0 || power_W == 0.0) return {};
-  return 6.0 * pi * viscosity_Pa_s * effective_radius_m * speed_m_per_s * speed_m_per_s / power_W;
+  const double drag_kg_per_s = stokes_drag_kg_per_s(effective_radius_m, fluid);
+  if (drag_kg_per_s == 0.0 || power_W == 0.0) return {};
+  return drag_kg_per_s * speed_m_per_s * speed_m_per_s / power_W;
 }
 
 double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std::array<double, 2>& mean_arms_m) {
@@ -39,27 +62,6 @@ double rest_length_m(const Swimmer& swimmer) {
   double length = swimmer.three_beads->rest_gap_m[0] + swimmer.three_beads->rest_gap_m[1];
   for (const Bead& bead : swimmer.beads) length += extent_along_m(bead);
   return length;
-}
-
-OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures, const Cycle& cycle,
-                        const Swimmer& swimmer, const FluidCase& fluid) {
-  OmegaFigures at;
-  at.omega_rad_per_s = omega_rad_per_s;
-  // u_GA = K d₁ d₂ ω sin(φ₁ − φ₂)   [paper, eq. (28)]
-  at.u_GA_m_per_s = figures.K_per_m * cycle.arms(1, 0) * cycle.arms(1, 1) * omega_rad_per_s * figures.sin_dphi;
-  at.error_percent = 100.0 * std::abs((at.u_GA_m_per_s - figures.u_swim_m_per_s) / at.u_GA_m_per_s);
-  const std::array<double, 3> radii_m = equivalent_radii_m(swimmer);
-  at.efficiency = efficiency(radii_m[0] + radii_m[1] + radii_m[2], figures.u_swim_m_per_s, power_W, fluid);
-  return at;
-}
-
-std::array<std::optional<double>, 3> reynolds_numbers(const Eigen::Vector3d& speed_m_per_s, const Swimmer& swimmer,
-                                                      const FluidCase& fluid) {
-  std::array<std::optional<double>, 3> numbers;
-  const double viscosity = fluid.kinematic_viscosity_m2_per_s;
-  for (int bead = 0; bead < 3 && viscosity > 0.0; ++bead)
-    numbers[bead] = speed_m_per_s[bead] * extent_along_m(swimmer.beads[bead]) / viscosity;
-  return numbers;
 }
 
 SwimmerFigures evaluate(const Cycle& cycle, const Eigen::Vector3d& axis, const Swimmer& swimmer, const Case& the_case) {

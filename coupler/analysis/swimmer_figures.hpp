@@ -46,14 +46,6 @@ double geometrical_factor_per_m(const std::array<double, 3>& radii_m, const std:
 /// Rest length of the whole swimmer along its axis [m]: extents of the beads and both gaps.
 double rest_length_m(const Swimmer& swimmer);
 
-/// @param power_W  mean driving power
-OmegaFigures figures_at(double omega_rad_per_s, double power_W, const SwimmerFigures& figures, const Cycle& cycle,
-                        const Swimmer& swimmer, const FluidCase& fluid);
-
-/// Reynolds numbers of B2, B1, B3 [paper, eq. (26)], absent in vacuum.
-std::array<std::optional<double>, 3> reynolds_numbers(const Eigen::Vector3d& speed_m_per_s, const Swimmer& swimmer,
-                                                      const FluidCase& fluid);
-
 /// Equations (24)-(31) of the paper, of the last full driven period.
 /// @param axis  own axis at its start
 SwimmerFigures evaluate(const Cycle& cycle, const Eigen::Vector3d& axis, const Swimmer& swimmer, const Case& the_case);

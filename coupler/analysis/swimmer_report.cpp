@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/swimmer_figures.hpp"
-#include "config/setups.hpp"
 #include "geometry/neighbour_grid.hpp"
 
 namespace copepod::coupler {
@@ -180,8 +179,7 @@ ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
     order += sums.turned * group.axis;
   }
   if (count < 2) return nullptr;
-  const Eigen::VectorXd nearest_m =
-      nearest_distances_m(centroids_m.leftCols(count), make_body_setup(the_case, {}).periodic_length_m);
+  const Eigen::VectorXd nearest_m = nearest_distances_m(centroids_m.leftCols(count), periodic_length_m(the_case.fluid));
   const auto speeds = speeds_m_per_s.head(count).array();
   return {{"swimmers", count},
           {"u_along_mean_m_per_s", number(speeds.mean())},

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "config/checks/checks.hpp"
 #include "config/placement/geometry.hpp"
@@ -23,12 +22,9 @@ double height_of_fall_m(const Case& the_case, const Assembly& assembly) {
   const Eigen::Vector3d down = gravity.normalized();
   const double along_domain_m = down.cwiseAbs().dot(domain_length_m(the_case.fluid));
   if (along_domain_m > 0.0) return along_domain_m;
-  double lowest_m = -1e300, highest_m = 1e300;
-  for (const BodySpecification& body : assembly.bodies) {
-    lowest_m = std::max(lowest_m, down.dot(body.position_m));
-    highest_m = std::min(highest_m, down.dot(body.position_m));
-  }
-  return std::max(0.0, lowest_m - highest_m);
+  const auto depth_m = [&](const BodySpecification& body) { return down.dot(body.position_m); };
+  const auto [highest, lowest] = std::ranges::minmax_element(assembly.bodies, {}, depth_m);
+  return assembly.bodies.empty() ? 0.0 : depth_m(*lowest) - depth_m(*highest);
 }
 
 double weight_N(const BodySpecification& body, const Case& the_case) {
@@ -39,9 +35,8 @@ double expected_speed_m_per_s(const BodySpecification& body, const Case& the_cas
   const FluidCase& fluid = the_case.fluid;
   const double weight = weight_N(body, the_case);
   double settling = std::sqrt(2.0 * weight / body.mass_kg * height_m);
-  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
-  if (fluid.kind != FluidKind::vacuum && viscosity_Pa_s > 0.0)
-    settling = std::min(settling, weight / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m));
+  const double drag_kg_per_s = stokes_drag_kg_per_s(body.shape.radius_m, fluid);
+  if (fluid.kind != FluidKind::vacuum && drag_kg_per_s > 0.0) settling = std::min(settling, weight / drag_kg_per_s);
   return std::max(body.velocity_m_per_s.norm(), settling);
 }
 
@@ -51,9 +46,7 @@ double largest_drive_N(const Assembly& assembly) {
     const ActuatorKind kind = driven.actuator.kind;
     if (kind != ActuatorKind::pair_force && kind != ActuatorKind::body_force && kind != ActuatorKind::world_force)
       continue;
-    double value = driven.signal.kind == SignalKind::table ? 0.0 : 1.0;
-    for (const Signal::Point& point : driven.signal.table) value = std::max(value, std::abs(point.value));
-    largest_N = std::max(largest_N, std::abs(driven.signal.amplitude) * value);
+    largest_N = std::max(largest_N, largest_magnitude(driven.signal));
   }
   return largest_N;
 }
@@ -87,6 +80,36 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
       break;
   }
   return {};
+}
+
+/// Faces that bodies meet: with friction where the fluid sticks to them, without where it slips; not where the fluid
+/// flows through.
+std::vector<WallSpecification> contact_walls(const Case& the_case) {
+  std::vector<WallSpecification> walls;
+  if (!the_case.contact) return walls;
+  for (std::size_t face = 0; face < 6; ++face)
+    if (const auto wall = wall_at(the_case, face)) walls.push_back(*wall);
+  return walls;
+}
+
+/// Overlap that contacts should not exceed, in radii of the smallest body.
+constexpr double allowed_overlap = 0.01;
+
+/// Stiffness as given, or the larger of two: what keeps overlaps below `allowed_overlap`, and the stiffest that needs
+/// no substeps [N/m].
+double contact_stiffness(const Case& the_case, const Assembly& assembly) {
+  if (the_case.contact->stiffness_N_per_m) return *the_case.contact->stiffness_N_per_m;
+  const ExpectedContacts expected = expected_contacts(the_case, assembly);
+  if (expected.inverse_mass_per_kg == 0.0) return 1.0;  // nothing moves: any will do
+  const double overlap_m = allowed_overlap * expected.smallest_radius_m;
+  const double needed = std::max(expected.force_N / overlap_m, expected.impact_N_m / (overlap_m * overlap_m));
+  return std::max(needed, stiffness_of_contact(substeps_per_contact * the_case.step_s, expected.inverse_mass_per_kg));
+}
+
+/// What body components receive; of a case without contacts: nothing.
+ContactSpecification contact_specification(const Case& the_case, const Assembly& assembly) {
+  if (!the_case.contact || assembly.bodies.empty()) return {};
+  return {contact_stiffness(the_case, assembly), the_case.contact->restitution, the_case.contact->friction};
 }
 
 /// Where a lattice is, a body that leaves it ends the run.
@@ -139,10 +162,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   setup.threads = the_case.services.body_threads;
   setup.step_s = the_case.step_s;
   setup.fluid_density_kg_per_m3 = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic)
-      setup.periodic_length_m[axis] = domain_length_m(fluid)[static_cast<Eigen::Index>(axis)];
-  }
+  setup.periodic_length_m = periodic_length_m(fluid);
   setup.bodies = assembly.bodies;
   setup.springs = assembly.springs;
   setup.bends = assembly.bends;
@@ -213,28 +233,6 @@ ExpectedContacts expected_contacts(const Case& the_case, const Assembly& assembl
   expected.force_N = std::max(heaviest_N * layers, largest_drive_N(assembly));
   expected.inverse_mass_per_kg = largest_inverse_mass_per_kg(assembly.bodies);
   return expected;
-}
-
-double contact_stiffness(const Case& the_case, const Assembly& assembly) {
-  if (the_case.contact->stiffness_N_per_m) return *the_case.contact->stiffness_N_per_m;
-  const ExpectedContacts expected = expected_contacts(the_case, assembly);
-  if (expected.inverse_mass_per_kg == 0.0) return 1.0;  // nothing moves: any will do
-  const double overlap_m = allowed_overlap * expected.smallest_radius_m;
-  const double needed = std::max(expected.force_N / overlap_m, expected.impact_N_m / (overlap_m * overlap_m));
-  return std::max(needed, stiffness_of_contact(substeps_per_contact * the_case.step_s, expected.inverse_mass_per_kg));
-}
-
-ContactSpecification contact_specification(const Case& the_case, const Assembly& assembly) {
-  if (!the_case.contact || assembly.bodies.empty()) return {};
-  return {contact_stiffness(the_case, assembly), the_case.contact->restitution, the_case.contact->friction};
-}
-
-std::vector<WallSpecification> contact_walls(const Case& the_case) {
-  std::vector<WallSpecification> walls;
-  if (!the_case.contact) return walls;
-  for (std::size_t face = 0; face < 6; ++face)
-    if (const auto wall = wall_at(the_case, face)) walls.push_back(*wall);
-  return walls;
 }
 
 void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems) {

@@ -28,9 +28,6 @@ std::set<std::string> required_of_body(const Case& the_case, const BodySetup& se
 /// @throws Refused naming the features that the component lacks
 std::vector<std::string> require_features(const Capabilities& capabilities, const std::set<std::string>& required);
 
-/// Overlap that contacts should not exceed, in radii of the smallest body.
-inline constexpr double allowed_overlap = 0.01;
-
 /// Loads that contacts of a case are likely to meet, as far as they follow from it.
 struct ExpectedContacts {
   double smallest_radius_m = 0.0;
@@ -44,16 +41,5 @@ struct ExpectedContacts {
 
 /// Speeds are those at the start, or those of settling: free fall over the domain, or Stokes drag, whichever is slower.
 ExpectedContacts expected_contacts(const Case& the_case, const Assembly& assembly);
-
-/// Stiffness as given, or the larger of two: what keeps overlaps below `allowed_overlap`, and the stiffest that needs
-/// no substeps [N/m].
-double contact_stiffness(const Case& the_case, const Assembly& assembly);
-
-/// What body components receive; of a case without contacts: nothing.
-ContactSpecification contact_specification(const Case& the_case, const Assembly& assembly);
-
-/// Faces that bodies meet: with friction where the fluid sticks to them, without where it slips; not where the fluid
-/// flows through.
-std::vector<WallSpecification> contact_walls(const Case& the_case);
 
 }  // namespace copepod::coupler

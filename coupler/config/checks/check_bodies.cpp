@@ -75,36 +75,26 @@ void check_in_domain(const FluidCase& fluid, const BodySpecification& body, cons
   const Eigen::Vector3d length = domain_length_m(fluid);
   const Eigen::Vector3d half = half_extents_m(body);
   constexpr double most_lengths = 1000.0;  // from which a body may have come across periodic faces
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const auto face = static_cast<std::size_t>(2 * axis);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto face = 2 * static_cast<std::size_t>(axis);
     if (length[axis] == 0.0) continue;
     if (fluid.boundaries[face].kind != BoundaryKind::periodic) {
       const Eigen::Vector3d up = Eigen::Vector3d::Unit(axis);
       check_gap(body.position_m[axis] - extent_m(body, -up), fluid, face, body, path, problems);
       check_gap(length[axis] - extent_m(body, up) - body.position_m[axis], fluid, face + 1, body, path, problems);
     } else if (std::abs(body.position_m[axis]) > most_lengths * length[axis]) {
-      problems.error(path, "body '" + body.name + "' starts at " + axis_names[face / 2] + " = " +
+      problems.error(path, "body '" + body.name + "' starts at " + axis_names[axis] + " = " +
                                length_text(body.position_m[axis]) + " (the domain is " + length_text(length[axis]) +
                                " long). Is its place in metres?");
     } else if (2 * half[axis] >= length[axis]) {
-      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[face / 2] +
+      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[axis] +
                                " (it would meet its own image). Use a smaller body or more cells.");
     } else if (has_contacts && 2.0 * bounding_radius_m(body.shape) > length[axis]) {
-      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[face / 2] +
+      problems.error(path, "body '" + body.name + "' is longer than the periodic domain along " + axis_names[axis] +
                                " (turned, it would be in contact with its own image). Use a larger domain.");
       return;
     }
   }
-}
-
-std::array<double, 3> periodic_length_m(const FluidCase& fluid) {
-  const Eigen::Vector3d length = domain_length_m(fluid);
-  std::array<double, 3> periodic{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (fluid.boundaries[2 * axis].kind == BoundaryKind::periodic)
-      periodic[axis] = length[static_cast<Eigen::Index>(axis)];
-  }
-  return periodic;
 }
 
 /// A run would end in its first step.
@@ -115,8 +105,9 @@ void check_bodies_in_obstacles(const FluidCase& fluid, const Assembly& assembly,
   Eigen::Matrix3Xd position_m(3, all);
   Eigen::Matrix4Xd orientation_wxyz(4, all);
   const auto add = [&](const auto& item) {
-    position_m.col(static_cast<Eigen::Index>(shapes.size())) = item.position_m;
-    orientation_wxyz.col(static_cast<Eigen::Index>(shapes.size())) = item.orientation_wxyz;
+    const auto column = static_cast<Eigen::Index>(shapes.size());
+    position_m.col(column) = item.position_m;
+    orientation_wxyz.col(column) = item.orientation_wxyz;
     shapes.push_back(item.shape);
   };
   std::ranges::for_each(assembly.bodies, add);
@@ -191,10 +182,8 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   require_bodies(the_case.springs, "springs");
   require_bodies(the_case.bends, "bends");
   require_bodies(the_case.actuators, "actuators");
-  for (std::size_t i = 0; i < the_case.joints.size(); ++i) {
-    for (const std::string& name : the_case.joints[i].bodies)
-      if (name != NamedJoint::world) require_body(name, "joints." + std::to_string(i) + ".bodies");
-  }
+  seen.emplace(NamedJoint::world, "");  // in joints only
+  require_bodies(the_case.joints, "joints");
 }
 
 void check_bodies(const Case& the_case, const Assembly& assembly, Problems& problems) {
@@ -206,8 +195,7 @@ void check_bodies(const Case& the_case, const Assembly& assembly, Problems& prob
     problems.reject(path, "is not positive (the beads would touch at rest). Give the free distance between surfaces.");
     return;
   }
-  const bool bounded = fluid.solver == FluidSolverChoice::lattice_boltzmann;
-  for (std::size_t i = 0; i < assembly.bodies.size() && bounded; ++i) {
+  for (std::size_t i = 0; i < assembly.bodies.size() && on_lattice(the_case); ++i) {
     check_in_domain(fluid, assembly.bodies[i], assembly.body_paths[i], the_case.contact.has_value(), problems);
     check_resolution(fluid, assembly.bodies[i], assembly.body_paths[i], problems);
   }

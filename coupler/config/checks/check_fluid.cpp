@@ -132,10 +132,8 @@ void check_time(const Case& the_case, Problems& problems) {
     return;
   }
   if (!fluid.relaxation_time && !on_lattice(the_case)) return;
-  const double tau = relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
-                                               the_case.fluid.kinematic_viscosity_m2_per_s);
-  const std::string found =
-      std::string("relaxation_time ") + rounded_text(the_case.fluid.relaxation_time.value_or(tau));
+  const double tau = relaxation_time(the_case);
+  const std::string found = "relaxation_time " + rounded_text(fluid.relaxation_time.value_or(tau));
   if (!(tau > 0.5)) {
     problems.error(
         time_key(the_case),

@@ -49,20 +49,12 @@ void judge_pressure(double pressure_Pa, const Case& the_case, const std::string&
 /// Stiffness that a force between two bodies works against: of all springs between them [N/m].
 using StiffnessBetween = std::map<std::pair<int, int>, double>;
 
-StiffnessBetween stiffness_between_bodies(const Assembly& assembly) {
-  StiffnessBetween stiffness_N_per_m;
-  for (const SpringSpecification& spring : assembly.springs)
-    stiffness_N_per_m[std::minmax(spring.body_A, spring.body_B)] += spring.stiffness_N_per_m;
-  return stiffness_N_per_m;
-}
-
 /// Amplitude of a body's velocity under a force that varies with angular frequency ω, the smallest of what drag,
 /// inertia and the springs along the force alone allow [m/s]:
 ///   a / (6π ρ ν r),  a / (ω m)  and  ω a / k
 double expected_velocity_m_per_s(const BodySpecification& body, double force_N, double frequency_rad_per_s,
                                  double stiffness_N_per_m, const FluidCase& fluid) {
-  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
-  const double by_drag = force_N / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m);
+  const double by_drag = force_N / stokes_drag_kg_per_s(body.shape.radius_m, fluid);
   const double free = std::min(by_drag, force_N / (frequency_rad_per_s * body.mass_kg));
   return stiffness_N_per_m > 0.0 ? std::min(free, frequency_rad_per_s * force_N / stiffness_N_per_m) : free;
 }
@@ -126,10 +118,9 @@ void judge_turning(const BodySpecification& body, double factor, const Case& the
                        "ρ V Ω × U, here " + rounded_text(share) + " times its drag). Use moving_boundary: parabolic.");
 }
 
-}  // namespace
-
+/// Mach number.
 void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems) {
-  if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann || !(the_case.step_s > 0.0)) return;
+  if (!on_lattice(the_case) || !(the_case.step_s > 0.0)) return;
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
     const double surface_speed = body.velocity_m_per_s.norm() + body.angular_velocity_rad_per_s.norm() *
@@ -153,7 +144,9 @@ void check_velocities(const Case& the_case, const Assembly& assembly, Problems& 
     judge_velocity(boundary.largest_speed(), the_case, face_path(face), "the speed of the wall", problems);
     judge_pressure(boundary.pressure_Pa, the_case, face_path(face), problems);
   }
-  const StiffnessBetween stiffness_between = stiffness_between_bodies(assembly);
+  StiffnessBetween stiffness_between;
+  for (const SpringSpecification& spring : assembly.springs)
+    stiffness_between[std::minmax(spring.body_A, spring.body_B)] += spring.stiffness_N_per_m;
   for (std::size_t i = 0; i < assembly.drive.size(); ++i) {
     const DrivenActuator& driven = assembly.drive[i];
     const bool judged = i > 0 && assembly.signal_paths[i] == assembly.signal_paths[i - 1];  // arms of one stroke
@@ -244,6 +237,7 @@ void check_output(const Case& the_case, Problems& problems) {
   }
 }
 
+/// What can run in one process.
 void check_services(const Case& the_case, Problems& problems) {
   const ServicesCase& services = the_case.services;
   if (services.transport != in_process_transport) return;
@@ -258,6 +252,8 @@ void check_services(const Case& the_case, Problems& problems) {
                     "ipc, or wire: false.");
   }
 }
+
+}  // namespace
 
 void check_case(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const bool time = !problems.any_under("fluid") && !problems.any_under("step_s");

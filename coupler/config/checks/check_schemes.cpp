@@ -66,7 +66,7 @@ Sphere sphere_like(const BodySpecification& body, const Case& the_case) {
 void check_schemes(const Case& the_case, const Assembly& assembly, Problems& problems) {
   if (!on_lattice(the_case)) return;
   const FluidCase& fluid = the_case.fluid;
-  const double tau = relaxation_time_from_step(the_case.step_s, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
+  const double tau = relaxation_time(the_case);
   double worst = 1.0;
   std::string found;
   for (const BodySpecification& body : assembly.bodies) {

@@ -23,8 +23,7 @@ void check_command(bool external, const std::vector<std::string>& command, const
 
 /// Height of the plane above the origin along its axis [m].
 double plane_height_m(const FluidCase& fluid) {
-  const auto axis = static_cast<std::size_t>(fluid.no_slip_plane / 2);
-  return fluid.no_slip_plane % 2 == 0 ? 0.0 : static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
+  return fluid.no_slip_plane % 2 == 0 ? 0.0 : domain_length_m(fluid)[fluid.no_slip_plane / 2];
 }
 
 void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
@@ -118,7 +117,7 @@ void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
 void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
   const std::string solver = std::string("solver: ") + name_of(solver_names, fluid.solver);
-  if (wants_fields(the_case.output)) {
+  if (the_case.output.fields.every_steps > 0 || the_case.output.fields.mean_stop > 0) {
     problems.warn("output.fields", "asks for fields (" + solver + " computes none). They are left out.");
   }
   if (fluid.solver != FluidSolverChoice::stokes) return;
@@ -134,8 +133,8 @@ bool crosses_plane(const ObstacleSpecification& obstacle, const FluidCase& fluid
   BodySpecification body;
   body.shape = obstacle.shape;
   body.orientation_wxyz = obstacle.orientation_wxyz;
-  for (Eigen::Index axis = 0; axis < 3; ++axis)
-    if (fluid.symmetry_planes[static_cast<std::size_t>(axis)] &&
+  for (int axis = 0; axis < 3; ++axis)
+    if (fluid.symmetry_planes[axis] &&
         obstacle.position_m[axis] + extent_m(body, Eigen::Vector3d::Unit(axis)) > 0.5 * domain_length_m(fluid)[axis])
       return true;
   return false;

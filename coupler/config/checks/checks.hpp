@@ -29,11 +29,6 @@ void check_light_bodies(const Case& the_case, const Assembly& assembly, Problems
 /// Forces on the fluid that bodies do not feel, and those on both that nothing takes up.
 void check_mixture(const Case& the_case, const Assembly& assembly, Problems& problems);
 void check_contact(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< stiffness, walls
-void check_signals(const Case& the_case, const Assembly& assembly, Problems& problems);
-void check_strokes(const Case& the_case, Problems& problems);
-void check_velocities(const Case& the_case, const Assembly& assembly, Problems& problems);  ///< Mach number
-void check_output(const Case& the_case, Problems& problems);
-void check_services(const Case& the_case, Problems& problems);  ///< what can run in one process
 
 /// All of them; a check whose sections hold errors already is left out, its values mean nothing.
 void check_case(const Case& the_case, const Assembly& assembly, Problems& problems);
@@ -78,17 +73,6 @@ struct VirtualMassRule {
   LoadAveraging averaging = LoadAveraging::none;  ///< of the loads of bodies with a virtual mass
 };
 
-/// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
-/// velocity or angular velocity [docs/decisions/virtual_mass.md]:
-///   needed below  max(1.4, 1.65 τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.65 τ^(3/2)) / r   without
-///   τ < 0.75, averaged loads:      m = min(1.5, 0.62 + 8.8 (τ − 1/2)) / r, with bgk 3.4 / r; parabolic
-///                                  boundaries, whose loads do not alternate: the first of these, loads as they are
-///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
-/// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
-/// @param averaging     that of the case
-VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
-                                  const FluidCase& fluid);
-
 /// Virtual masses of all bodies, as the case gives them or by the rule.
 struct VirtualMasses {
   std::vector<double> mass_kg;                    ///< 0 for bodies whose motion no load changes
@@ -96,9 +80,6 @@ struct VirtualMasses {
   bool returns = true;                            ///< whether the coupling makes up for them [VirtualMass]
 };
 VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly);
-
-/// Time in which a sphere in Stokes flow loses its momentum, by its mass over 6πμr [s].
-double damping_time_s(const BodySpecification& body, const FluidCase& fluid);
 
 /// Free in at least one direction.
 bool moves_under_loads(const BodySpecification& body);

@@ -1,7 +1,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Eigenvalues>
 #include <spdlog/fmt/fmt.h>
@@ -28,11 +27,6 @@ constexpr double largest_drag_of_a_step = 0.65;
 /// virtual mass.
 constexpr double latest_drag = 1.6;
 double least_turning_mass(double late_drag) { return 0.3 * (late_drag - 1.0); }
-
-double relaxation_time(const Case& the_case) {
-  return relaxation_time_from_step(the_case.step_s, the_case.fluid.cell_size_m,
-                                   the_case.fluid.kinematic_viscosity_m2_per_s);
-}
 
 /// (−1)^(x+t) j_x, which collisions conserve: what these surfaces send back of it lets a light body oscillate.
 bool returns_staggered_momentum(MovingBoundary boundary) {
@@ -70,6 +64,11 @@ double response_radius_m(const Shape& shape) {
 /// A body of a model has its mass from there, and no virtual one.
 bool has_model(const Case& the_case) { return !the_case.body.model.text.empty(); }
 
+/// Time in which a sphere in Stokes flow loses its momentum [s].
+double damping_time_s(const BodySpecification& body, const FluidCase& fluid) {
+  return body.mass_kg / stokes_drag_kg_per_s(body.shape.radius_m, fluid);
+}
+
 /// In Stokes flow, in displaced masses: up to M + m = 10/3 of the drag of a step, 6πμr Δt, with which a uniform sphere
 /// loses all of its spin in a step, 8πμr³ Δt = 2/5 (M + m) r², and 3/10 of its velocity.
 double overdamped_mass(const BodySpecification& body, const Case& the_case) {
@@ -77,16 +76,14 @@ double overdamped_mass(const BodySpecification& body, const Case& the_case) {
   return std::max(0.0, 10.0 / 3.0 / steps - 1.0) * mass_ratio(body, the_case.fluid);
 }
 
-}  // namespace
-
-double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
-  return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
-}
-
-bool moves_under_loads(const BodySpecification& body) {
-  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
-}
-
+/// The rule, fitted to the stability limits that follow from the measured response of a sphere's load to a step in its
+/// velocity or angular velocity [docs/decisions/virtual_mass.md]:
+///   needed below  max(1.4, 1.65 τ^(3/2)) / r   with averaged loads,   max(2.8/(τ − 1/2), 1.65 τ^(3/2)) / r   without
+///   τ < 0.75, averaged loads:      m = min(1.5, 0.62 + 8.8 (τ − 1/2)) / r, with bgk 3.4 / r; parabolic
+///                                  boundaries, whose loads do not alternate: the first of these, loads as they are
+///   otherwise, loads as they are:  m = 1.2 / (r (τ − 1/2)) + 21 (τ − 1/2) / r²
+/// @param radius_cells  r; of a capsule, too, whose load per displaced mass is smaller than that of the sphere
+/// @param averaging     that of the case
 VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, LoadAveraging averaging,
                                   const FluidCase& fluid) {
   const double excess = relaxation_time - 0.5;
@@ -105,6 +102,16 @@ VirtualMassRule virtual_mass_rule(double radius_cells, double relaxation_time, L
   return rule;
 }
 
+}  // namespace
+
+double displaced_kg(const BodySpecification& body, const FluidCase& fluid) {
+  return fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3 * volume_m3(body.shape);
+}
+
+bool moves_under_loads(const BodySpecification& body) {
+  return body.motion == MotionKind::free || body.motion == MotionKind::axis;
+}
+
 VirtualMassRule virtual_mass_rule(const BodySpecification& body, const Case& the_case) {
   const double radius_cells = response_radius_m(body.shape) / the_case.fluid.cell_size_m;
   const double tau = relaxation_time(the_case);
@@ -121,11 +128,6 @@ double mass_ratio(const BodySpecification& body, const FluidCase& fluid) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix3d> turning(
       inertia_tensor_kg_m2(body), inertia_tensor_kg_m2(body.shape, displaced_kg(body, fluid)), Eigen::EigenvaluesOnly);
   return std::min(ratio, turning.eigenvalues()[0]);
-}
-
-double damping_time_s(const BodySpecification& body, const FluidCase& fluid) {
-  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
-  return body.mass_kg / (6.0 * std::numbers::pi * viscosity_Pa_s * body.shape.radius_m);
 }
 
 VirtualMasses virtual_masses(const Case& the_case, const Assembly& assembly) {

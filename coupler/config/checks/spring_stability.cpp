@@ -62,21 +62,19 @@ std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>&
   for (std::size_t i = 0; i < springs.size(); ++i) {
     const SpringSpecification& spring = springs[i];
     if (spring.body_A < 0 || spring.body_B < 0) continue;
-    const auto a = static_cast<std::size_t>(spring.body_A);
-    const auto b = static_cast<std::size_t>(spring.body_B);
-    const Eigen::Vector3d arm_A = in_world(bodies[a], spring.anchor_A_m);
-    const Eigen::Vector3d arm_B = in_world(bodies[b], spring.anchor_B_m);
-    const Eigen::Vector3d along = (bodies[b].position_m + arm_B - bodies[a].position_m - arm_A).stableNormalized();
-    ends[a].push_back({i, along, arm_A.cross(along)});
-    ends[b].push_back({i, -along, -arm_B.cross(along)});
+    const BodySpecification &A = bodies[spring.body_A], &B = bodies[spring.body_B];
+    const Eigen::Vector3d arm_A = in_world(A, spring.anchor_A_m);
+    const Eigen::Vector3d arm_B = in_world(B, spring.anchor_B_m);
+    const Eigen::Vector3d along = (B.position_m + arm_B - A.position_m - arm_A).stableNormalized();
+    ends[spring.body_A].push_back({i, along, arm_A.cross(along)});
+    ends[spring.body_B].push_back({i, -along, -arm_B.cross(along)});
   }
   for (std::size_t i = 0; i < bends.size(); ++i) {
     const BendSpecification& bend = bends[i];
     if (std::min({bend.body_A, bend.body_B, bend.body_C}) < 0) continue;
-    const auto vertex = static_cast<std::size_t>(bend.body_B);
     Eigen::Vector3d on_vertex = Eigen::Vector3d::Zero();
     const auto arm_m = [&](int body) -> Eigen::Vector3d {
-      return bodies[static_cast<std::size_t>(body)].position_m - bodies[vertex].position_m;
+      return bodies[body].position_m - bodies[bend.body_B].position_m;
     };
     const Eigen::Vector3d normal = arm_m(bend.body_A).stableNormalized().cross(arm_m(bend.body_C).stableNormalized());
     // Straight arms bend alike in every plane through them.
@@ -84,18 +82,17 @@ std::vector<std::vector<End>> ends_by_body(const std::vector<BodySpecification>&
     for (const auto& [body, turn] : {std::pair(bend.body_A, 1.0), std::pair(bend.body_C, -1.0)}) {
       const Eigen::Vector3d arm = arm_m(body);
       const Eigen::Vector3d across = turn * axis.cross(arm) / std::max(arm.squaredNorm(), 1e-300);
-      ends[static_cast<std::size_t>(body)].push_back({springs.size() + i, across, Eigen::Vector3d::Zero()});
+      ends[body].push_back({springs.size() + i, across, Eigen::Vector3d::Zero()});
       on_vertex -= across;
     }
-    ends[vertex].push_back({springs.size() + i, on_vertex, Eigen::Vector3d::Zero()});
+    ends[bend.body_B].push_back({springs.size() + i, on_vertex, Eigen::Vector3d::Zero()});
   }
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const JointSpecification& joint = joints[i];
     if (joint.body_A < 0 || !has_axis(joint.kind)) continue;
-    const Eigen::Vector3d axis = in_world(bodies[static_cast<std::size_t>(joint.body_A)], joint.axis);
-    const auto add = [&](int number, const Eigen::Vector3d& anchor_m, double sign) {
-      if (number < 0) return;
-      const auto body = static_cast<std::size_t>(number);
+    const Eigen::Vector3d axis = in_world(bodies[joint.body_A], joint.axis);
+    const auto add = [&](int body, const Eigen::Vector3d& anchor_m, double sign) {
+      if (body < 0) return;
       const Eigen::Vector3d none = Eigen::Vector3d::Zero();
       const Eigen::Vector3d along = sign * axis;
       if (joint.kind == JointKind::hinge)

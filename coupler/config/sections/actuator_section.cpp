@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include <nlohmann/json.hpp>
@@ -16,9 +17,7 @@ using nlohmann::ordered_json;
 /// The keys of a list that are given; reports more than one.
 std::vector<std::string> given(Reader& reader, const std::vector<std::string>& keys) {
   std::vector<std::string> found;
-  for (const std::string& key : keys) {
-    if (reader.has(key)) found.push_back(key);
-  }
+  std::ranges::copy_if(keys, std::back_inserter(found), [&](const std::string& key) { return reader.has(key); });
   if (found.size() > 1)
     reader.reject(found[1], "is given together with " + found[0] + " (both set the same). Remove one.");
   return found;

@@ -102,7 +102,7 @@ void declare_shape(Keys& keys, Shape& shape, bool is_part) {
   if (kind == ShapeKind::sphere && shape.length_m > 0 && !reader->problems().any_under(reader->path_of("shape")))
     reader->reject("length_m",
                    "is given for a sphere (only capsules and cylinders have one). Remove it, or use shape: capsule.");
-  if (has_radius || reader->problems().any_under(reader->path_of(""))) return;
+  if (has_radius) return;
   shape.radius_m = std::cbrt(make_solid(shape)->moments().volume / (4.0 / 3.0 * std::numbers::pi));
 }
 
@@ -110,6 +110,52 @@ void declare_part(Keys& keys, ShapePart& part) {
   declare_shape(keys, part.shape, true);
   keys.numbers("position_m", part.position_m, "Place of the part in the frame of the whole [m].");
   declare_orientation(keys, part.orientation_wxyz, "Orientation in the frame of the whole: unit quaternion.");
+}
+
+/// motion: {prescribed: …}: velocities that vary in time.
+void declare_prescribed_motion(Keys& keys, SingleBody& body, double step_s) {
+  keys.section(required("prescribed"),
+               "Velocities that vary in time; they replace those at the start. The coupler moves the body: nothing may "
+               "be attached to it, and it pushes no other body.",
+               [&](Keys& prescribed) {
+                 prescribed.numbers("velocity_m_per_s", body.velocity_m_per_s,
+                                    "Velocity for a signal of 1, world frame.");
+                 prescribed.numbers("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s,
+                                    "Angular velocity for a signal of 1, world frame.");
+                 prescribed.section(required("signal"), "Factor of both velocities.", [&](Keys& signal) {
+                   if (!body.signal) body.signal.emplace();
+                   declare(signal, *body.signal, step_s, {factor_of_velocities});
+                 });
+               });
+}
+
+/// Whether the motion is a section.
+bool has_prescribed_motion(Keys& keys, SingleBody& body) {
+  Reader* reader = keys.reader();
+  if (reader == nullptr) return body.signal.has_value();
+  const Value* motion = reader->raw("motion");
+  if (motion == nullptr || motion->kind != Value::Kind::mapping) return false;
+  body.motion = MotionKind::prescribed;
+  for (const char* key : {"velocity_m_per_s", "angular_velocity_rad_per_s"}) {
+    if (reader->has(key))
+      reader->reject(key, "is given beside motion: {prescribed: …} (which holds the velocities). Remove it.");
+  }
+  return true;
+}
+
+/// What acts along the motion of a hinge or slider.
+void declare_motion(Keys& keys, NamedJoint& joint, const DescribedKey& stiffness, const DescribedKey& damping,
+                    const DescribedKey& rest, const DescribedKey& limits_from_start) {
+  keys.number(stiffness.name, joint.stiffness, Range::not_negative, stiffness.description);
+  keys.number(damping.name, joint.damping, Range::not_negative, damping.description);
+  keys.number(rest.name, joint.rest, Range::any, rest.description);
+  const char* key = limits_from_start.name;
+  if (!keys.when(keys.reads(key) || (keys.reader() == nullptr && joint.has_limits()))) return;
+  Eigen::Vector2d limits(joint.lowest, joint.highest);
+  keys.numbers(keys.needed(key), limits, limits_from_start.description);
+  joint.lowest = limits[0];
+  joint.highest = limits[1];
+  keys.reject_if(!joint.has_limits(), key, "leaves no room (both are 0). Use kind: fixed.");
 }
 
 }  // namespace
@@ -163,27 +209,20 @@ void declare_names(Keys& keys, const Key& key, std::vector<std::string>& names, 
   names.assign(count, "");
 }
 
-namespace {
-
-void read_anchors(Reader& reader, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& anchor_B_m) {
-  if (!reader.has("anchors_m")) return;
-  const std::array anchors{&anchor_A_m, &anchor_B_m};
-  if (reader.size("anchors_m") != anchors.size())
-    return reader.reject("anchors_m", "needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
-  const Value both = *reader.raw("anchors_m");
-  for (std::size_t end = 0; end < anchors.size(); ++end) {
-    // A list in a list has no keys, so the position of each anchor serves as its key.
-    Value wrapped = Value::mapping();
-    wrapped.add(std::to_string(end), both.items[end]);
-    Reader anchor(&wrapped, reader.path_of("anchors_m"), reader.problems());
-    *anchors[end] = anchor.numbers(std::to_string(end), 3);
-  }
-}
-
-}  // namespace
-
 void declare_anchors(Keys& keys, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& anchor_B_m, const char* description) {
-  if (Reader* reader = keys.reader()) read_anchors(*reader, anchor_A_m, anchor_B_m);
+  if (keys.reads("anchors_m")) {
+    Reader& reader = *keys.reader();
+    const std::array anchors{&anchor_A_m, &anchor_B_m};
+    if (reader.size("anchors_m") != anchors.size())
+      return reader.reject("anchors_m", "needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
+    const Value both = *reader.raw("anchors_m");
+    for (std::size_t end = 0; end < anchors.size(); ++end) {
+      // A list in a list has no keys, so the position of each anchor serves as its key.
+      const std::string key = std::to_string(end);
+      const Value wrapped{Value::Kind::mapping, {}, {}, {{key, {}, both.items[end]}}, {}};
+      *anchors[end] = Reader(&wrapped, reader.path_of("anchors_m"), reader.problems()).numbers(key, 3);
+    }
+  }
   keys.write("anchors_m", ordered_json::array({anchor_A_m, anchor_B_m}));
   keys.describe("anchors_m", schema_of_list(schema_of_list(schema_of_number(Range::any), 3), 2), description);
 }
@@ -211,41 +250,6 @@ Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
   const double w = c >= 0.0 ? std::sqrt((1.0 + c) / 2.0) : s / std::sqrt(2.0 * (1.0 - c));
   return Eigen::Vector4d(w, -direction.y() / (2.0 * w), direction.x() / (2.0 * w), 0.0).normalized();
 }
-
-namespace {
-
-/// motion: {prescribed: …}: velocities that vary in time.
-void declare_prescribed_motion(Keys& keys, SingleBody& body, double step_s) {
-  keys.section(required("prescribed"),
-               "Velocities that vary in time; they replace those at the start. The coupler moves the body: nothing may "
-               "be attached to it, and it pushes no other body.",
-               [&](Keys& prescribed) {
-                 prescribed.numbers("velocity_m_per_s", body.velocity_m_per_s,
-                                    "Velocity for a signal of 1, world frame.");
-                 prescribed.numbers("angular_velocity_rad_per_s", body.angular_velocity_rad_per_s,
-                                    "Angular velocity for a signal of 1, world frame.");
-                 prescribed.section(required("signal"), "Factor of both velocities.", [&](Keys& signal) {
-                   if (!body.signal) body.signal.emplace();
-                   declare(signal, *body.signal, step_s, {factor_of_velocities});
-                 });
-               });
-}
-
-/// Whether the motion is a section.
-bool has_prescribed_motion(Keys& keys, SingleBody& body) {
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return body.signal.has_value();
-  const Value* motion = reader->raw("motion");
-  if (motion == nullptr || motion->kind != Value::Kind::mapping) return false;
-  body.motion = MotionKind::prescribed;
-  for (const char* key : {"velocity_m_per_s", "angular_velocity_rad_per_s"}) {
-    if (reader->has(key))
-      reader->reject(key, "is given beside motion: {prescribed: …} (which holds the velocities). Remove it.");
-  }
-  return true;
-}
-
-}  // namespace
 
 void declare(Keys& keys, SingleBody& body, double step_s) {
   keys.name(required("name"), body.name, "Unique name.");
@@ -280,54 +284,6 @@ void declare(Keys& keys, NamedSpring& spring) {
                   "Attachment points in the frame of each body, relative to its centre. Default: the centres.");
 }
 
-namespace {
-
-/// Keys of what acts along the motion of a joint, of hinge and slider.
-struct MotionKeys {
-  JointKind kind;
-  const char* stiffness;
-  const char* damping;
-  const char* rest;
-  const char* limits;
-  std::array<const char*, 4> descriptions;
-};
-
-const std::array<MotionKeys, 2> motion_keys{{
-    {JointKind::hinge,
-     "stiffness_N_m_per_rad",
-     "damping_N_m_s_per_rad",
-     "rest_rad",
-     "limits_rad",
-     {"Of a spring in a hinge.", "Of a damper in a hinge.",
-      "Angle from the start at which the spring of a hinge is relaxed, of the first body relative to the second; "
-      "within half a turn.",
-      "Lowest and highest angle of a hinge from the start, of the first body relative to the second; between -3 and 3. "
-      "A stop takes the motion up. Default: no limits."}},
-    {JointKind::slider,
-     "stiffness_N_per_m",
-     "damping_N_s_per_m",
-     "rest_m",
-     "limits_m",
-     {"Of a spring along a slider.", "Of a damper along a slider.",
-      "Motion from the start at which the spring of a slider is relaxed.",
-      "Lowest and highest motion of a slider from the start. A stop takes the motion up. Default: no limits."}},
-}};
-
-void declare_motion(Keys& keys, const MotionKeys& names, NamedJoint& joint) {
-  keys.number(names.stiffness, joint.stiffness, Range::not_negative, names.descriptions[0]);
-  keys.number(names.damping, joint.damping, Range::not_negative, names.descriptions[1]);
-  keys.number(names.rest, joint.rest, Range::any, names.descriptions[2]);
-  const bool has_limits = keys.reads(names.limits) || (keys.reader() == nullptr && joint.has_limits());
-  if (!keys.when(has_limits)) return;
-  Eigen::Vector2d limits(joint.lowest, joint.highest);
-  keys.numbers(keys.needed(names.limits), limits, names.descriptions[3]);
-  joint.lowest = limits[0];
-  joint.highest = limits[1];
-  keys.reject_if(!joint.has_limits(), names.limits, "leaves no room (both are 0). Use kind: fixed.");
-}
-
-}  // namespace
-
 void declare(Keys& keys, NamedJoint& joint, double step_s) {
   keys.name(required("name"), joint.name, "Name of the joint.");
   joint.bodies.resize(2);
@@ -348,8 +304,22 @@ void declare(Keys& keys, NamedJoint& joint, double step_s) {
   if (keys.when(has_axis(joint.kind)))
     declare_direction(keys, keys.needed("axis"), joint.axis,
                       "Direction of the axis at the start, in the world. For hinge and slider.");
-  for (const MotionKeys& names : motion_keys)
-    if (keys.when(joint.kind == names.kind)) declare_motion(keys, names, joint);
+  if (keys.when(joint.kind == JointKind::hinge))
+    declare_motion(keys, joint, {"stiffness_N_m_per_rad", "Of a spring in a hinge."},
+                   {"damping_N_m_s_per_rad", "Of a damper in a hinge."},
+                   {"rest_rad",
+                    "Angle from the start at which the spring of a hinge is relaxed, of the first body relative to the "
+                    "second; within half a turn."},
+                   {"limits_rad",
+                    "Lowest and highest angle of a hinge from the start, of the first body relative to the second; "
+                    "between -3 and 3. A stop takes the motion up. Default: no limits."});
+  if (keys.when(joint.kind == JointKind::slider))
+    declare_motion(keys, joint, {"stiffness_N_per_m", "Of a spring along a slider."},
+                   {"damping_N_s_per_m", "Of a damper along a slider."},
+                   {"rest_m", "Motion from the start at which the spring of a slider is relaxed."},
+                   {"limits_m",
+                    "Lowest and highest motion of a slider from the start. A stop takes the motion up. Default: no "
+                    "limits."});
   if (!keys.when(has_motion(joint.kind))) return;
   const bool turns = joint.kind == JointKind::hinge;
   keys.section<Signal>("signal", joint.signal,

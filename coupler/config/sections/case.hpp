@@ -189,11 +189,6 @@ struct OutputCase {
   bool trace = false;                                                ///< record what each process does when
 };
 
-/// Whether the fluid's fields are to be written at all.
-inline bool wants_fields(const OutputCase& output) {
-  return output.fields.every_steps > 0 || output.fields.mean_stop > 0;
-}
-
 /// Value of services.transport for a run in one process.
 inline constexpr const char* in_process_transport = "in_process";
 
@@ -247,12 +242,16 @@ inline std::string path_of_swimmer(const Case& the_case, std::size_t number) {
   return the_case.swimmers[number].is_of_swarm ? "swarm.template" : "swimmers." + std::to_string(number);
 }
 
+/// That of a case.
+double relaxation_time(const Case& the_case);
+
 /// Of the whole domain [m]; 0 without one.
-inline Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
-  const auto& cells = fluid.domain_cells;
-  return fluid.cell_size_m *
-         Eigen::Vector3d(static_cast<double>(cells[0]), static_cast<double>(cells[1]), static_cast<double>(cells[2]));
-}
+Eigen::Vector3d domain_length_m(const FluidCase& fluid);
+/// The same along periodic axes; 0: not periodic.
+std::array<double, 3> periodic_length_m(const FluidCase& fluid);
+
+/// Drag of a sphere in Stokes flow by its speed, 6πμr [kg/s].
+double stokes_drag_kg_per_s(double radius_m, const FluidSetup& fluid);
 
 inline bool on_lattice(const Case& the_case) { return the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann; }
 

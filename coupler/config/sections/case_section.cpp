@@ -89,15 +89,16 @@ void declare_set_aside(Keys& keys) {
 /// Everything solid, and what joins and drives it.
 void declare_bodies(Keys& keys, Case& the_case) {
   const double step_s = the_case.step_s;
-  keys.list<Swimmer>("swimmers", the_case.swimmers,
-                     "Swimmers: beads, the arms between them and what drives the arms; also what the analysis works "
-                     "on. In general any number of beads and arms; without arms, the three-bead shorthand (NAME.B2 "
-                     "trailing, NAME.B1 middle, NAME.B3 leading in a row, one mass, one kind of spring, one stroke).",
-                     [&](Keys& swimmer, Swimmer& item) { declare(swimmer, item, step_s, true); });
-  keys.list<SingleBody>("bodies", the_case.bodies, "Bodies that are not part of a swimmer.",
-                        [&](Keys& body, SingleBody& item) { declare(body, item, step_s); });
+  const auto item = [](Keys& below, auto& each) { declare(below, each); };
+  const auto item_in_time = [&](Keys& below, auto& each) { declare(below, each, step_s); };
+  keys.list("swimmers", the_case.swimmers,
+            "Swimmers: beads, the arms between them and what drives the arms; also what the analysis works "
+            "on. In general any number of beads and arms; without arms, the three-bead shorthand (NAME.B2 "
+            "trailing, NAME.B1 middle, NAME.B3 leading in a row, one mass, one kind of spring, one stroke).",
+            [&](Keys& below, Swimmer& swimmer) { declare(below, swimmer, step_s, true); });
+  keys.list("bodies", the_case.bodies, "Bodies that are not part of a swimmer.", item_in_time);
   if (keys.written_if(!the_case.fluid.obstacles.empty()))
-    keys.list<ObstacleSpecification>(
+    keys.list(
         "obstacles", the_case.fluid.obstacles,
         "With solver: lattice_boltzmann, solid parts of the domain that never move. They may reach beyond its faces "
         "and into each other; a body that meets one ends the run.",
@@ -111,22 +112,19 @@ void declare_bodies(Keys& keys, Case& the_case) {
               "Whether the fluid's force and torque on it are written: obstacles.csv, in the form of the trajectory.");
         });
   declare_swarm(keys, the_case);
-  keys.list<NamedGroup>("groups", the_case.groups,
-                        "Bodies whose motion is measured together, cycle by cycle, like that of a swimmer.",
-                        [](Keys& group, NamedGroup& item) { declare(group, item); });
-  keys.list<NamedSpring>("springs", the_case.springs, "Springs with dampers that are not part of a swimmer.",
-                         [](Keys& spring, NamedSpring& item) { declare(spring, item); });
-  keys.list<NamedBend>("bends", the_case.bends, "Springs of angles between three bodies.",
-                       [](Keys& bend, NamedBend& item) { declare(bend, item); });
+  keys.list("groups", the_case.groups,
+            "Bodies whose motion is measured together, cycle by cycle, like that of a swimmer.", item);
+  keys.list("springs", the_case.springs, "Springs with dampers that are not part of a swimmer.", item);
+  keys.list("bends", the_case.bends, "Springs of angles between three bodies.", item);
   if (keys.written_if(!the_case.joints.empty()))
-    keys.list<NamedJoint>("joints", the_case.joints,
-                          "Ideal joints between two bodies, or between a body and the world; where its bodies start "
-                          "determines what a joint keeps. Jointed bodies may overlap.",
-                          [&](Keys& joint, NamedJoint& item) { declare(joint, item, step_s); });
-  keys.list<NamedActuator>(
+    keys.list("joints", the_case.joints,
+              "Ideal joints between two bodies, or between a body and the world; where its bodies start "
+              "determines what a joint keeps. Jointed bodies may overlap.",
+              item_in_time);
+  keys.list(
       "actuators", the_case.actuators,
       "What drives bodies: forces along the line between two, forces and torques fixed to a body or in the world.",
-      [&](Keys& actuator, NamedActuator& item) { declare(actuator, item, step_s); });
+      item_in_time);
   keys.numbers("gravity_m_per_s2", the_case.body.gravity_m_per_s2, "Gravity; weight less buoyancy acts on the bodies.");
 }
 
@@ -224,10 +222,7 @@ Case read_case(Reader top) {
 }
 
 ordered_json resolved(Case the_case) {
-  ordered_json top;
-  Keys keys = Keys::writing(top);
-  declare(keys, the_case);
-  return top;
+  return Keys::written([&](Keys& keys) { declare(keys, the_case); });
 }
 
 ordered_json case_schema() {

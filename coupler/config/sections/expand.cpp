@@ -155,7 +155,7 @@ JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers,
   if (exchanged) std::swap(joint.anchor_A_m, joint.anchor_B_m);
   const auto in_frame_of = [&assembly](int number, const Eigen::Vector3d& place_m) -> Eigen::Vector3d {
     if (number < 0) return place_m;
-    const BodySpecification& body = assembly.bodies[static_cast<std::size_t>(number)];
+    const BodySpecification& body = assembly.bodies[number];
     return rotation_matrix(body.orientation_wxyz).transpose() * (place_m - body.position_m);
   };
   if (joint.kind != JointKind::distance) {
@@ -163,7 +163,7 @@ JointSpecification joint_of(const NamedJoint& named, const BodyNumbers& numbers,
     joint.anchor_B_m = in_frame_of(joint.body_B, named.anchor_m);
   }
   if (!has_axis(joint.kind) || joint.body_A < 0) return joint;
-  const BodySpecification& A = assembly.bodies[static_cast<std::size_t>(joint.body_A)];
+  const BodySpecification& A = assembly.bodies[joint.body_A];
   joint.axis = rotation_matrix(A.orientation_wxyz).transpose() * (exchanged ? -named.axis : named.axis);
   return joint;
 }

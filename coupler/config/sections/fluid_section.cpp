@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numbers>
 
 #include <nlohmann/json.hpp>
 
@@ -9,16 +10,27 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// What a face with a velocity has beside it.
-void declare_velocity(Keys& keys, Boundary& boundary, double step_s) {
-  keys.choice("profile", boundary.parabolic, profile_names,
-              "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to 1 "
-              "between them; beside one wall and a free_slip face, half of that parabola.");
-  keys.section<Signal>("signal", boundary.signal, "Factor of the velocity that varies in time. Default: 1.",
-                       [&](Keys& below, Signal& signal) { declare(below, signal, step_s, {factor_of_velocities}); });
+/// {velocity_m_per_s: […], profile: …, signal: …}, or {pressure_Pa: …}, or {outflow: {}}.
+void declare_condition(Keys& keys, Boundary& boundary, double step_s) {
+  if (keys.when(boundary.kind == BoundaryKind::velocity)) {
+    keys.numbers(
+        keys.needed("velocity_m_per_s"), boundary.velocity_m_per_s,
+        "Velocity of the wall; with a component through the face, of the fluid that comes in or goes out there.");
+    keys.choice("profile", boundary.parabolic, profile_names,
+                "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to "
+                "1 between them; beside one wall and a free_slip face, half of that parabola.");
+    keys.section<Signal>("signal", boundary.signal, "Factor of the velocity that varies in time. Default: 1.",
+                         [&](Keys& below, Signal& signal) { declare(below, signal, step_s, {factor_of_velocities}); });
+  }
+  if (keys.when(boundary.kind == BoundaryKind::pressure))
+    keys.number(keys.needed("pressure_Pa"), boundary.pressure_Pa, Range::any,
+                "Pressure, relative to the fluid at rest.");
+  keys.describe("outflow", {{"type", "object"}, {"maxProperties", 0}},
+                "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
+                "to that at rest.");
 }
 
-/// One face: a word, or {velocity_m_per_s: […], profile: …, signal: …}, or {pressure_Pa: …}, or {outflow: {}}.
+/// One face: a word, or a section with its condition.
 Boundary read_face(Reader& faces, const std::string& key, double step_s) {
   Boundary boundary;
   const Value* value = faces.raw(key);
@@ -44,12 +56,8 @@ Boundary read_face(Reader& faces, const std::string& key, double step_s) {
     return boundary;
   }
   boundary.kind = moves ? BoundaryKind::velocity : presses ? BoundaryKind::pressure : BoundaryKind::outflow;
-  if (moves) boundary.velocity_m_per_s = face.numbers("velocity_m_per_s", 3);
-  if (moves) {
-    Keys keys = Keys::reading(face);
-    declare_velocity(keys, boundary, step_s);
-  }
-  if (presses) boundary.pressure_Pa = face.number("pressure_Pa", Range::any);
+  Keys keys = Keys::reading(face);
+  declare_condition(keys, boundary, step_s);
   if (lets_out) face.section("outflow");
   return boundary;
 }
@@ -65,19 +73,6 @@ void read_axis(Reader& boundaries, const std::string& axis, double step_s, Bound
   Reader faces = boundaries.section(axis);
   low = read_face(faces, "low", step_s);
   high = read_face(faces, "high", step_s);
-}
-
-std::array<bool, 3> read_symmetry_planes(Reader& fluid) {
-  std::array<bool, 3> planes{};
-  for (const std::string& word : fluid.words("symmetry_planes")) {
-    const auto axis = std::find(axis_names.begin(), axis_names.end(), word);
-    if (axis != axis_names.end()) {
-      planes[static_cast<std::size_t>(axis - axis_names.begin())] = true;
-    } else {
-      fluid.reject("symmetry_planes", "contains '" + word + "' (planes are named after their normal). Use x, y or z.");
-    }
-  }
-  return planes;
 }
 
 FluidKind fluid_kind(FluidSolverChoice choice) {
@@ -99,39 +94,24 @@ void declare(Keys& keys, InitialFlow& flow) {
                 "For kind: taylor_green or taylor_green_3d, U.");
 }
 
-ordered_json resolved_face(const Boundary& boundary) {
-  if (boundary.kind == BoundaryKind::velocity) {
-    ordered_json face{{"velocity_m_per_s", boundary.velocity_m_per_s}};
-    Keys keys = Keys::writing(face);
-    Boundary written = boundary;
-    declare_velocity(keys, written, 0.0);
-    return face;
-  }
-  if (boundary.kind == BoundaryKind::pressure) return {{"pressure_Pa", boundary.pressure_Pa}};
-  return name_of(boundary_names, boundary.kind);
+ordered_json resolved_face(Boundary boundary) {
+  if (boundary.kind != BoundaryKind::velocity && boundary.kind != BoundaryKind::pressure)
+    return name_of(boundary_names, boundary.kind);
+  return Keys::written([&](Keys& keys) { declare_condition(keys, boundary, 0.0); });
 }
 
 ordered_json schema_of_face() {
-  ordered_json condition;
-  Keys keys = Keys::describing(condition);
-  keys.describe(
-      "velocity_m_per_s", schema_of_list(schema_of_number(Range::any), 3),
-      "Velocity of the wall; with a component through the face, of the fluid that comes in or goes out there.");
-  Boundary boundary;
-  declare_velocity(keys, boundary, 0.0);
-  keys.describe("pressure_Pa", schema_of_number(Range::any), "Pressure, relative to the fluid at rest.");
-  keys.describe("outflow", {{"type", "object"}, {"maxProperties", 0}},
-                "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
-                "to that at rest.");
+  Boundary any;
+  ordered_json condition = Keys::described([&](Keys& keys) { declare_condition(keys, any, 0.0); });
   condition["description"] = "A wall that moves, an inflow, or an opening.";
   return {{"anyOf", {{{"enum", {"no_slip", "periodic", "free_slip", "outflow"}}}, condition}}};
 }
 
 ordered_json schema_of_axis() {
-  ordered_json faces;
-  Keys keys = Keys::describing(faces);
-  keys.describe("low", schema_of_face(), "Face at the lower end of the axis. Default: no_slip.");
-  keys.describe("high", schema_of_face(), "Face at the upper end of the axis. Default: no_slip.");
+  ordered_json faces = Keys::described([](Keys& keys) {
+    keys.describe("low", schema_of_face(), "Face at the lower end of the axis. Default: no_slip.");
+    keys.describe("high", schema_of_face(), "Face at the upper end of the axis. Default: no_slip.");
+  });
   faces["description"] = "Low and high face separately.";
   ordered_json forms = schema_of_face();
   forms["anyOf"].push_back(faces);
@@ -149,19 +129,18 @@ void declare_axis(Keys& keys, std::size_t axis, double step_s, Boundary& low, Bo
 }
 
 void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
-  const char* name = "symmetry_planes";
-  if (Reader* reader = keys.reader()) planes = read_symmetry_planes(*reader);
-  if (ordered_json* resolved = keys.resolved()) {
-    (*resolved)[name] = ordered_json::array();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (planes[axis]) (*resolved)[name].push_back(axis_names[axis]);
-  }
-  if (!keys.describes()) return;
-  keys.describe(name, schema_of_list({{"enum", axis_names}}, 0),
-                "Mirror planes through the middle of the domain, named after their normal. Only a half, quarter or "
-                "eighth is computed; all input and output is for the whole domain. A body is centred on the plane, or "
-                "lies entirely in the lower half, where it also represents its mirror image.");
-  keys.describe_also(name, {{"uniqueItems", true}});
+  const char* key = "symmetry_planes";
+  std::vector<std::string> words;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (planes[axis]) words.emplace_back(axis_names[axis]);
+  keys.words(key, words, 0,
+             "Mirror planes through the middle of the domain, named after their normal. Only a half, quarter or eighth "
+             "is computed; all input and output is for the whole domain. A body is centred on the plane, or lies "
+             "entirely in the lower half, where it also represents its mirror image.");
+  keys.describe_also(key, {{"items", {{"enum", axis_names}}}, {"uniqueItems", true}});
+  for (std::size_t axis = 0; axis < 3; ++axis) planes[axis] = std::erase(words, axis_names[axis]) > 0;
+  for (const std::string& word : words)
+    keys.reject_if(true, key, "contains '" + word + "' (planes are named after their normal). Use x, y or z.");
 }
 
 }  // namespace
@@ -234,6 +213,29 @@ double step_of(const FluidCase& fluid, std::optional<double> given_step_s) {
 
 double relaxation_time_from_step(double step_s, double cell_size_m, double viscosity_m2_per_s) {
   return 0.5 + 3.0 * viscosity_m2_per_s * step_s / (cell_size_m * cell_size_m);
+}
+
+double relaxation_time(const Case& the_case) {
+  const FluidCase& fluid = the_case.fluid;
+  return relaxation_time_from_step(the_case.step_s, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
+}
+
+Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
+  using Cells = Eigen::Matrix<std::int64_t, 3, 1>;
+  return fluid.cell_size_m * Eigen::Map<const Cells>(fluid.domain_cells.data()).cast<double>();
+}
+
+std::array<double, 3> periodic_length_m(const FluidCase& fluid) {
+  const Eigen::Vector3d length_m = domain_length_m(fluid);
+  std::array periodic_m{length_m[0], length_m[1], length_m[2]};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) periodic_m[axis] = 0.0;
+  return periodic_m;
+}
+
+double stokes_drag_kg_per_s(double radius_m, const FluidSetup& fluid) {
+  const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
+  return 6.0 * std::numbers::pi * viscosity_Pa_s * radius_m;
 }
 
 std::int64_t computed_cells(const FluidCase& fluid) {

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <sys/wait.h>
 
 #include <nlohmann/json.hpp>
@@ -17,14 +18,7 @@ namespace {
 
 /// A word as the shell takes it whole.
 std::string shell_word(const std::string& word) {
-  std::string text(1, '\'');
-  for (const char letter : word) {
-    if (letter == '\'')
-      text += "'\\''";
-    else
-      text += letter;
-  }
-  return text += '\'';
+  return "'" + std::regex_replace(word, std::regex("'"), "'\\''") + "'";
 }
 
 /// The program of the case's body component, with its own arguments.
@@ -62,20 +56,18 @@ std::string reason_in(std::string text) {
   return text.starts_with(prefix) ? text.substr(prefix.size()) : text;
 }
 
-/// @return whether `text` holds the file's content now
-bool read_file(Reader& reader, const std::string& key, const std::string& path, std::string& text) {
+/// Takes the model from the file that a key names.
+void read_model_file(Reader& reader, const std::string& key, BodyCase& body) {
+  const std::string path = file_beside_case(reader, key);
   std::ifstream stream(path, std::ios::binary);
   const std::string found = "is '" + path + "' (";
-  if (!stream || !std::filesystem::is_regular_file(path)) {
-    reader.reject(key, found + "cannot be read). Give the path of an MJCF file, relative to the case file.");
-    return false;
-  }
+  if (!stream || !std::filesystem::is_regular_file(path))
+    return reader.reject(key, found + "cannot be read). Give the path of an MJCF file, relative to the case file.");
+  std::string& text = body.model.text;
   text.assign(std::istreambuf_iterator<char>(stream), {});
-  if (text.empty() || text.size() > conversion::kLimits.model_bytes || conversion::as_utf8(text, text.size()) != text) {
-    reader.reject(key, found + "empty, longer than 16 MiB, or not UTF-8 text). Give an MJCF file.");
-    return false;
-  }
-  return true;
+  if (text.empty() || text.size() > conversion::kLimits.model_bytes || conversion::as_utf8(text, text.size()) != text)
+    return reader.reject(key, found + "empty, longer than 16 MiB, or not UTF-8 text). Give an MJCF file.");
+  body.model_file = path;
 }
 
 /// The text of the model, or the file that holds it.
@@ -85,9 +77,7 @@ void declare_source(Keys& keys, BodyCase& body) {
       reader->reject("file",
                      "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
     } else if (reader->has("file")) {
-      const std::string path = file_beside_case(*reader, "file");
-      if (read_file(*reader, "file", path, body.model.text)) body.model_file = path;
-      return;
+      return read_model_file(*reader, "file", body);
     }
   }
   keys.describe("file", {{"type", "string"}}, "Path of the MJCF file, relative to the case file.");
@@ -100,11 +90,8 @@ void declare_source(Keys& keys, BodyCase& body) {
 void declare_model(Keys& keys, BodyCase& body) {
   Reader* reader = keys.reader();
   if (reader != nullptr ? !reader->has("model") : keys.resolved() != nullptr && body.model.text.empty()) return;
-  if (reader != nullptr && reader->raw("model")->kind == Value::Kind::scalar) {
-    const std::string path = file_beside_case(*reader, "model");
-    if (read_file(*reader, "model", path, body.model.text)) body.model_file = path;
-    return;
-  }
+  if (reader != nullptr && reader->raw("model")->kind == Value::Kind::scalar)
+    return read_model_file(*reader, "model", body);
   keys.describe("model", {{"type", "string"}},
                 "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's own "
                 "joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF file, "

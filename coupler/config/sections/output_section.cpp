@@ -15,81 +15,62 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Start and stop along x, y and z; a single number is one layer of cells. Empty if no axis is restricted.
-std::vector<std::int64_t> read_region(Reader region) {
-  std::vector<std::int64_t> result(6);
-  bool restricted = false;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const char* name = axis_names[axis];
-    const Value* value = region.raw(name);
-    if (value == nullptr) continue;
-    restricted = true;
-    if (value->kind == Value::Kind::scalar) {
-      result[2 * axis] = region.integer(name, Range::not_negative);
-      result[2 * axis + 1] = result[2 * axis] + 1;
-    } else {
-      const auto range = region.integers(name, 2, Range::not_negative);
-      std::ranges::copy(range, result.begin() + static_cast<std::ptrdiff_t>(2 * axis));
-      if (range[0] >= range[1]) {
-        region.reject(name, "is [" + std::to_string(range[0]) + ", " + std::to_string(range[1]) +
-                                "] (no cell lies in it). Write [start, stop] with start < stop, or one number.");
-      }
-    }
-  }
-  return restricted ? result : std::vector<std::int64_t>{};
-}
-
-ordered_json resolved_region(const std::vector<std::int64_t>& region) {
-  ordered_json result = ordered_json::object();
-  for (std::size_t axis = 0; axis < 3 && !region.empty(); ++axis)
-    if (region[2 * axis + 1] > 0) result[axis_names[axis]] = {region[2 * axis], region[2 * axis + 1]};
-  return result;
-}
-
-void declare_region(Keys& keys, std::vector<std::int64_t>& region) {
-  const char* key = "region_cells";
-  if (Reader* reader = keys.reader()) region = read_region(reader->section(key));
-  keys.write(key, resolved_region(region));
-  ordered_json ranges;
-  Keys axes = Keys::describing(ranges);
+/// Start and stop along an axis; a single number is one layer of cells.
+void declare_range(Keys& keys, const char* axis, std::int64_t& start, std::int64_t& stop) {
   const ordered_json cell = schema_of_integer(Range::not_negative);
-  for (const char* axis : axis_names)
-    axes.describe(axis, {{"anyOf", {cell, schema_of_list(cell, 2)}}},
-                  "[start, stop): cells along an axis, the first has index 0; or the index of one layer of cells.");
-  keys.describe(key, ranges,
-                "Cells that are written, along each axis; without an axis: all cells along it. Example: {y: 50, z: "
-                "[20, 80]} is a slice.");
+  keys.describe(axis, {{"anyOf", {cell, schema_of_list(cell, 2)}}},
+                "[start, stop): cells along an axis, the first has index 0; or the index of one layer of cells.");
+  if (stop > 0) keys.write(axis, {start, stop});
+  if (!keys.reads(axis)) return;
+  Reader& reader = *keys.reader();
+  if (reader.raw(axis)->kind == Value::Kind::scalar) {
+    start = reader.integer(axis, Range::not_negative);
+    stop = start + 1;
+    return;
+  }
+  const std::vector<std::int64_t> range = reader.integers(axis, 2, Range::not_negative);
+  start = range[0];
+  stop = range[1];
+  keys.reject_if(start >= stop, axis,
+                 "is [" + std::to_string(start) + ", " + std::to_string(stop) +
+                     "] (no cell lies in it). Write [start, stop] with start < stop, or one number.");
 }
 
-std::vector<FieldQuantity> read_quantities(Reader& fields) {
-  std::vector<FieldQuantity> result;
-  const std::string known = "density, velocity, pressure, vorticity";
-  for (const std::string& word : fields.words("quantities")) {
-    const auto found = std::ranges::find(quantity_names, word, &Choice<FieldQuantity>::name);
-    if (found == quantity_names.end()) {
-      fields.reject("quantities", "names '" + word + "' (known: " + known + "). Use these.");
-    } else if (std::ranges::find(result, found->value) != result.end()) {
-      fields.reject("quantities", "names " + word + " twice (once is enough). Remove one.");
-    } else {
-      result.push_back(found->value);
-    }
-  }
-  if (result.empty()) result = {FieldQuantity::density, FieldQuantity::velocity};
-  return result;
+/// Start and stop along x, y and z; empty if no axis is restricted.
+void declare_region(Keys& keys, std::vector<std::int64_t>& region) {
+  keys.section("region_cells",
+               "Cells that are written, along each axis; without an axis: all cells along it. Example: {y: 50, z: "
+               "[20, 80]} is a slice.",
+               [&](Keys& axes) {
+                 region.resize(6);
+                 for (std::size_t axis = 0; axis < 3; ++axis)
+                   declare_range(axes, axis_names[axis], region[2 * axis], region[2 * axis + 1]);
+                 if (std::ranges::count(region, 0) == 6) region.clear();
+               });
 }
 
 void declare_quantities(Keys& keys, std::vector<FieldQuantity>& quantities) {
   const char* key = "quantities";
-  if (Reader* reader = keys.reader()) quantities = read_quantities(*reader);
-  ordered_json chosen = ordered_json::array(), names = ordered_json::array();
-  for (const FieldQuantity quantity : quantities) chosen.push_back(name_of(quantity_names, quantity));
-  keys.write(key, chosen);
-  for (const Choice<FieldQuantity>& quantity : quantity_names) names.push_back(quantity.name);
-  keys.describe(key, schema_of_list({{"enum", names}}, 0),
-                "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest "
-                "[Pa]; vorticity: curl of the velocity [1/s], zero in bodies. The flow picture of the report needs "
-                "velocity. Default: [density, velocity].");
-  keys.describe_also(key, {{"uniqueItems", true}});
+  std::vector<std::string> words;
+  words.reserve(quantities.size());
+  for (const FieldQuantity quantity : quantities) words.emplace_back(name_of(quantity_names, quantity));
+  keys.words(key, words, 0,
+             "What is written of each cell, beside the body that covers it. pressure: relative to fluid at rest [Pa]; "
+             "vorticity: curl of the velocity [1/s], zero in bodies. The flow picture of the report needs velocity. "
+             "Default: [density, velocity].");
+  ordered_json known = ordered_json::array();
+  for (const Choice<FieldQuantity>& quantity : quantity_names) known.push_back(quantity.name);
+  keys.describe_also(key, {{"items", {{"enum", known}}}, {"uniqueItems", true}});
+  quantities.clear();
+  for (const std::string& word : words) {
+    const auto found = std::ranges::find(quantity_names, word, &Choice<FieldQuantity>::name);
+    const bool is_known = found != quantity_names.end();
+    const bool is_new = is_known && std::ranges::find(quantities, found->value) == quantities.end();
+    keys.reject_if(!is_known, key, "names '" + word + "' (known: density, velocity, pressure, vorticity). Use these.");
+    keys.reject_if(is_known && !is_new, key, "names " + word + " twice (once is enough). Remove one.");
+    if (is_new) quantities.push_back(found->value);
+  }
+  if (quantities.empty()) quantities = {FieldQuantity::density, FieldQuantity::velocity};
 }
 
 /// A hundred frames, at steps that are in the trajectory too.

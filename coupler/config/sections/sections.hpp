@@ -38,8 +38,12 @@ void declare(Keys& keys, NamedActuator& actuator, double step_s);
 void declare(Keys& keys, Drive& drive, double step_s);
 void declare(Keys& keys, OutputCase& output, std::int64_t steps);
 void declare(Keys& keys, ServicesCase& services);
-void declare(Keys& keys, PublishedFigures& figures);
 void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center);
+
+struct DescribedKey {
+  const char* name;
+  const char* description;
+};
 
 /// The key of a signal's amplitude, with its unit.
 struct Amplitude {
@@ -54,17 +58,6 @@ inline constexpr Amplitude factor_of_velocities{"amplitude", "Factor A of the ve
 
 /// @param amplitudes  of which one applies
 void declare(Keys& keys, Signal& signal, double step_s, std::initializer_list<Amplitude> amplitudes);
-
-/// The shorthand's own keys: beads B2, B1, B3 in a row along z, B1 at the origin.
-void declare_three_beads(Keys& keys, Swimmer& swimmer);
-
-inline constexpr const char* beads_description =
-    "The beads; of the shorthand trailing, middle and leading. Beads without position_m form a chain along z, in this "
-    "order, from the rest gaps of their arms.";
-
-/// Stiffness and damping of an arm: γ as given, or from the damping ratio D = γ / (2 √(m k))   [paper, eq. (11)]
-/// @param mass_kg  of each bead, where they differ twice the reduced mass
-void declare_spring(Keys& keys, Arm& arm, double mass_kg);
 
 /// Section `swarm`; adds the swimmers that it places: around the other swimmers and the bodies, which have been read.
 void declare_swarm(Keys& keys, Case& the_case);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
 
 #include "config/placement/placement.hpp"
 #include "config/sections/sections.hpp"
@@ -191,16 +192,11 @@ std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
 Room room_of(const Swarm& swarm, const Case& the_case) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const FluidCase& fluid = the_case.fluid;
-  Room room;
-  room.least_m = swarm.low_m;
-  room.most_m = swarm.high_m;
-  room.gap_m = swarm.gap_m;
-  room.obstacles = assemble(the_case).bodies;
+  Room room{swarm.low_m, swarm.high_m, periodic_length_m(fluid), swarm.gap_m, assemble(the_case).bodies};
   const Eigen::Vector3d length_m = domain_length_m(fluid);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
-    const bool is_periodic = fluid.boundaries[2 * axis].kind == BoundaryKind::periodic && length_m[i] > 0.0;
-    if (is_periodic) room.periodic_length_m[axis] = length_m[i];
+    const bool is_periodic = room.periodic_length_m[axis] > 0.0;
     if (is_periodic && !swarm.is_region_given[axis]) {
       room.least_m[i] = -infinity;
       room.most_m[i] = infinity;
@@ -244,34 +240,21 @@ void settle_count(Reader& section, Swarm& swarm) {
           " swimmers (not even their largest beads have room in the region). Use fewer, or a larger region.");
 }
 
-/// What is drawn for the swimmers, one after the other.
-class Draws {
- public:
-  explicit Draws(const Swarm& swarm) : swarm_(swarm), random_(static_cast<std::uint64_t>(swarm.seed)) {}
+Eigen::Vector4d draw_orientation(const Swarm& swarm, RandomNumbers& random) {
+  if (swarm.orientations == Orientations::isotropic) return random.orientation();
+  const Eigen::Vector4d& own = swarm.swimmer.orientation_wxyz;
+  if (swarm.least_cosine == 1.0) return own;
+  return product(own, rotation_from_z(random.direction_about_z(swarm.least_cosine)));
+}
 
-  Eigen::Vector3d center_m() {
-    Eigen::Vector3d center;
-    for (Eigen::Index axis = 0; axis < 3; ++axis)
-      center[axis] = swarm_.low_m[axis] + (swarm_.high_m[axis] - swarm_.low_m[axis]) * random_.fraction();
-    return center;
-  }
-
-  Eigen::Vector4d orientation() {
-    if (swarm_.orientations == Orientations::isotropic) return random_.orientation();
-    const Eigen::Vector4d& own = swarm_.swimmer.orientation_wxyz;
-    if (swarm_.least_cosine == 1.0) return own;
-    return product(own, rotation_from_z(random_.direction_about_z(swarm_.least_cosine)));
-  }
-
- private:
-  const Swarm& swarm_;
-  RandomNumbers random_;
-};
-
-std::vector<Place> place_at_random(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
+std::vector<Place> place_at_random(Reader& section, const Swarm& swarm, const Placement& placement,
+                                   RandomNumbers& random) {
   std::vector<Place> places = placement.fill(swarm.count, [&] {
-    const Eigen::Vector3d center_m = draws.center_m();
-    return Place{center_m, draws.orientation()};
+    Place place;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      place.center_m[axis] = swarm.low_m[axis] + (swarm.high_m[axis] - swarm.low_m[axis]) * random.fraction();
+    place.orientation_wxyz = draw_orientation(swarm, random);
+    return place;
   });
   if (places.size() < swarm.count) {
     section.reject(section.has("count") ? "count" : "volume_fraction",
@@ -304,10 +287,11 @@ std::string touch_text(double distance_m) {
                           : "are " + length_text(distance_m) + " apart, less than minimal_gap_m";
 }
 
-std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
+std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const Placement& placement,
+                                    RandomNumbers& random) {
   std::vector<Place> places;
   for (const Eigen::Vector3d& center_m : lattice_of(swarm.count, swarm.low_m, swarm.high_m, extents_m(swarm)))
-    places.push_back({center_m, draws.orientation()});
+    places.push_back({center_m, draw_orientation(swarm, random)});
   const auto report = [&](const std::string& problem) {
     section.reject("placement",
                    "is lattice (" + problem + "). Use fewer swimmers, a larger region, or orientations: aligned.");
@@ -325,7 +309,8 @@ std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const P
   return places;
 }
 
-std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const Placement& placement, Draws& draws) {
+std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const Placement& placement,
+                                    RandomNumbers& random) {
   const CsvRows& rows = *swarm.rows;
   std::size_t reports = 0;
   const auto report = [&](std::size_t row, const std::string& problem) {
@@ -344,7 +329,7 @@ std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const P
       else
         place.orientation_wxyz = rotation_from_z(axis.normalized());
     } else {
-      place.orientation_wxyz = draws.orientation();
+      place.orientation_wxyz = draw_orientation(swarm, random);
     }
     if (!placement.holds(place))
       report(row, "the swimmer reaches out of the region (or comes nearer to a wall than minimal_gap_m). Move it.");
@@ -360,27 +345,22 @@ std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const P
   return places;
 }
 
-/// "swimmer_007" of 100.
-std::string name_of_copy(const std::string& name, std::size_t number, std::size_t count) {
-  const std::string digits = std::to_string(number);
-  return name + "_" + std::string(std::to_string(count).size() - digits.size(), '0') + digits;
-}
-
 /// Adds the swimmers: around the other swimmers and the bodies, which have been read.
 void place(Reader& section, Swarm& swarm, Case& the_case) {
   if (section.problems().any()) return;  // places would follow from wrong numbers
   settle_count(section, swarm);
   if (section.problems().any()) return;
   const Placement placement(beads_of(swarm.swimmer), room_of(swarm, the_case));
-  Draws draws(swarm);
+  RandomNumbers random(static_cast<std::uint64_t>(swarm.seed));
   constexpr std::array ways{place_at_random, place_on_lattice, place_as_in_file};
-  const std::vector<Place> places = ways[static_cast<std::size_t>(swarm.placement)](section, swarm, placement, draws);
+  const std::vector<Place> places = ways[static_cast<std::size_t>(swarm.placement)](section, swarm, placement, random);
   if (section.problems().any()) return;
   RandomNumbers phases(
       ~static_cast<std::uint64_t>(swarm.seed));  // not those of the places, of which trials take more or fewer
+  const std::size_t digits = std::to_string(places.size()).size();
   for (std::size_t i = 0; i < places.size(); ++i) {
     Swimmer& swimmer = the_case.swimmers.emplace_back(swarm.swimmer);
-    swimmer.name = name_of_copy(swarm.swimmer.name, i + 1, places.size());
+    swimmer.name = fmt::format("{}_{:0{}}", swarm.swimmer.name, i + 1, digits);  // swimmer_007 of 100
     swimmer.center_m = places[i].center_m;
     swimmer.orientation_wxyz = places[i].orientation_wxyz;
     if (swarm.phases == Phases::random) swimmer.phase_deg = 360.0 * phases.fraction();

@@ -62,19 +62,15 @@ void read_range(Reader range, SweptKey& parameter, const Origin& origin) {
     range.reject("scale", "is logarithmic (the range from " + shortest_text(from) + " to " + shortest_text(to) +
                               " holds zero). Choose ends of one sign, or scale: linear.");
   } else {
-    for (const std::string& text : range_texts(from, to, static_cast<std::size_t>(count), parameter.scale)) {
-      Value& value = parameter.values.emplace_back();
-      value.kind = Value::Kind::scalar;
-      value.text = text;
-      value.origin = origin;
-    }
+    for (const std::string& text : range_texts(from, to, static_cast<std::size_t>(count), parameter.scale))
+      parameter.values.push_back({Value::Kind::scalar, text, {}, {}, origin});
   }
 }
 
 SweptKey read_parameter(Reader& parameters, const Value::Entry& entry) {
   SweptKey parameter{entry.key, SweepScale::linear, {}};
   if (entry.value.kind == Value::Kind::mapping) {
-    read_range(parameters.invented(entry.key), parameter, entry.key_origin);
+    read_range(parameters.section(entry.key), parameter, entry.key_origin);
   } else if (entry.value.kind != Value::Kind::sequence) {
     parameters.reject(
         entry.key, "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: 3}.");
@@ -99,14 +95,15 @@ void check_lengths(const Sweep& sweep, Reader& section) {
 
 void check_number_of_members(const Sweep& sweep, Reader& section) {
   double members = 1.0;
-  std::string factors;
+  std::vector<std::string> factors;
   for (const SweptKey& parameter : sweep.parameters) {
     members *= static_cast<double>(parameter.values.size());
-    factors += (factors.empty() ? "" : " × ") + std::to_string(parameter.values.size());
+    factors.push_back(std::to_string(parameter.values.size()));
   }
   if (sweep.combination == SweepCombination::zip || members <= static_cast<double>(most_members)) return;
-  section.reject("parameters", fmt::format("have {:.6g} combinations (", members) + factors + "; at most " +
-                                   std::to_string(most_members) + " are run). Give fewer values, or combine: zip.");
+  section.reject("parameters", fmt::format("have {:.6g} combinations ({}; at most {} are run). Give fewer values, or "
+                                           "combine: zip.",
+                                           members, listed(factors, " × "), most_members));
 }
 
 void check_twins(const Sweep& sweep, Reader& section) {
@@ -128,10 +125,8 @@ void refuse_single_key(const Document& document, const Value& sweep) {
 }
 
 ordered_json schema_of_parameters() {
-  ordered_json range;
-  Keys keys = Keys::describing(range);
   SweptRange any;
-  declare(keys, any);
+  const ordered_json range = Keys::described([&](Keys& keys) { declare(keys, any); });
   const ordered_json list{{"type", "array"}, {"minItems", 1}};
   return {{"type", "object"}, {"minProperties", 1}, {"additionalProperties", {{"anyOf", {list, range}}}}};
 }

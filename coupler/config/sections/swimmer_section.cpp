@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <span>
 
 #include <nlohmann/json.hpp>
 
@@ -35,6 +36,10 @@ double half_extent_m(const Bead& bead, const Eigen::Vector3d& direction) {
   const bool across = cosine < 1e-15;  // to rounding
   return bead.shape.radius_m + (across ? 0.0 : 0.5 * cosine * bead.shape.length_m);
 }
+
+constexpr const char* beads_description =
+    "The beads; of the shorthand trailing, middle and leading. Beads without position_m form a chain along z, in this "
+    "order, from the rest gaps of their arms.";
 
 void declare_bead(Keys& keys, Bead& bead) {
   keys.name(keys.needed("name"), bead.name, "Name of the bead, where there are arms; its body is NAME.BEAD.");
@@ -90,7 +95,7 @@ void declare_beads_of(Keys& keys, const Swimmer& swimmer, const std::vector<int*
                       const char* description) {
   std::vector<std::string> names;
   if (keys.resolved() != nullptr)
-    for (const int* number : numbers) names.push_back(swimmer.beads[static_cast<std::size_t>(*number)].name);
+    for (const int* number : numbers) names.push_back(swimmer.beads[*number].name);
   declare_names(keys, required("beads"), names, numbers.size(), remedy, description);
   Reader* reader = keys.reader();
   if (reader == nullptr) return;
@@ -102,6 +107,21 @@ void declare_beads_of(Keys& keys, const Swimmer& swimmer, const std::vector<int*
   }
 }
 
+/// Stiffness and damping of an arm: γ as given, or from the damping ratio D = γ / (2 √(m k))   [paper, eq. (11)]
+/// @param mass_kg  of each bead, where they differ twice the reduced mass
+void declare_spring(Keys& keys, Arm& arm, double mass_kg) {
+  keys.number(required("stiffness_N_per_m"), arm.stiffness_N_per_m, Range::positive, "Stiffness k.");
+  keys.number("damping_N_s_per_m", arm.damping_N_s_per_m, Range::not_negative, "Damping γ.");
+  keys.describe(
+      "damping_ratio", schema_of_number(Range::not_negative),
+      "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced mass.");
+  if (!keys.reads("damping_ratio")) return;
+  const double ratio = keys.reader()->number("damping_ratio", Range::not_negative, 0.0);
+  keys.reject_if(keys.reads("damping_N_s_per_m"), "damping_ratio",
+                 "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
+  arm.damping_N_s_per_m = 2.0 * ratio * std::sqrt(mass_kg * arm.stiffness_N_per_m);
+}
+
 /// What the free length of an arm's spring is given as.
 struct RestLength {
   std::optional<double> gap_m;     ///< surface to surface
@@ -111,8 +131,8 @@ struct RestLength {
 /// Twice the reduced mass of two beads [kg].
 double mass_of_arm_kg(const Arm& arm, const Swimmer& swimmer) {
   if (swimmer.beads.empty()) return 1.0;
-  const double A = swimmer.beads[static_cast<std::size_t>(arm.body_A)].mass_kg;
-  const double B = swimmer.beads[static_cast<std::size_t>(arm.body_B)].mass_kg;
+  const double A = swimmer.beads[arm.body_A].mass_kg;
+  const double B = swimmer.beads[arm.body_B].mass_kg;
   return A == B ? A : 2.0 * A * B / (A + B);
 }
 
@@ -187,8 +207,7 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
     if (!placed && !reader->problems().any_under(reader->path_of("arms"))) place_chain(*reader, swimmer, rests);
     for (std::size_t i = 0; i < swimmer.arms.size(); ++i) {
       Arm& arm = swimmer.arms[i];
-      arm.rest_length_m = rest_length_m(rests[i], swimmer.beads[static_cast<std::size_t>(arm.body_A)],
-                                        swimmer.beads[static_cast<std::size_t>(arm.body_B)]);
+      arm.rest_length_m = rest_length_m(rests[i], swimmer.beads[arm.body_A], swimmer.beads[arm.body_B]);
     }
   }
   keys.list<BendSpecification>(
@@ -198,6 +217,138 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
                          "Names of three beads, the vertex in the middle.");
         declare(below, bend);
       });
+}
+
+/// A bead of the shorthand: a capsule lies along the swimmer's z axis or along its x axis.
+void declare_bead_of_row(Keys& keys, Bead& bead) {
+  declare(keys, bead.shape);
+  keys.reject_if(!is_round(bead.shape), "shape",
+                 "is none of sphere and capsule (the shorthand has these). Give the swimmer arms.");
+  const bool is_capsule = bead.shape.kind == ShapeKind::capsule;
+  auto orientation =
+      z_axis(bead.orientation_wxyz).z() > 0.5 ? BeadOrientation::parallel : BeadOrientation::perpendicular;
+  keys.choice(
+      is_capsule ? keys.needed("orientation") : Key("orientation"), orientation, orientation_names,
+      "Of a capsule of the shorthand: along the swimmer's z axis (parallel) or along its x axis (perpendicular).");
+  if (keys.reader() != nullptr && is_capsule && orientation == BeadOrientation::perpendicular)
+    bead.orientation_wxyz = rotation_from_z(Eigen::Vector3d::UnitX());
+}
+
+void declare(Keys& keys, Stroke& stroke) {
+  keys.number(required("amplitude_N"), stroke.amplitude_N, Range::any, "Amplitude a.");
+  keys.integer(required("period_steps"), stroke.period_steps, Range::positive, "Period T in steps.");
+  keys.describe_also("period_steps", {{"minimum", 20}});
+  keys.integer(required("phase_lag_steps"), stroke.phase_lag_steps, Range::not_negative,
+               "Delay φ of the leading bead in steps.");
+  keys.integer(required("cycles"), stroke.cycles, Range::positive, "Number of periods.");
+  constexpr std::int64_t most_steps = 1'000'000'000'000;
+  Reader* reader = keys.reader();
+  if (reader == nullptr || stroke.period_steps <= 0 || stroke.cycles <= most_steps / stroke.period_steps) return;
+  reader->reject("cycles",
+                 "is " + std::to_string(stroke.cycles) + " (more steps than can be counted). Use fewer cycles.");
+  stroke.cycles = 1;
+}
+
+/// The two drives of the stroke: trailing and leading pair of beads are pushed apart by
+///   a sin(2π t/T)          for 0 ≤ t < cycles·T       [paper, eq. (19)]
+///   a sin(2π (t − φ)/T)    for φ ≤ t < cycles·T + φ   [paper, eq. (20), with the delay its text describes]
+Drive drive_of(const Stroke& stroke, std::int64_t lag_steps) {
+  Signal signal;
+  signal.kind = SignalKind::sinusoid;
+  signal.amplitude = stroke.amplitude_N;
+  signal.period_steps = stroke.period_steps;
+  signal.lag_steps = static_cast<double>(lag_steps);
+  signal.start_step = lag_steps;
+  signal.stop_step = stroke.cycles * stroke.period_steps + lag_steps;
+  return {DriveKind::pair_force, std::move(signal)};
+}
+
+constexpr std::array bead_names{"B2", "B1", "B3"};
+
+void declare_row(Keys& keys, Swimmer& swimmer) {
+  Reader* reader = keys.reader();
+  const std::size_t beads = reader != nullptr ? reader->size("beads") : bead_names.size();
+  if (beads == bead_names.size())
+    keys.list(required("beads"), swimmer.beads, beads_description, declare_bead_of_row);
+  else
+    reader->reject(
+        "beads",
+        "has " + std::to_string(beads) +
+            " entries (a swimmer without arms has three). List trailing, middle and leading bead, or give arms.");
+  swimmer.beads.resize(bead_names.size());
+  keys.number(keys.needed("bead_mass_kg"), swimmer.beads[0].mass_kg, Range::positive, "Shorthand: mass of each bead.");
+  if (reader == nullptr) return;
+  for (std::size_t i = 0; i < bead_names.size(); ++i) {
+    swimmer.beads[i].name = bead_names[i];
+    swimmer.beads[i].mass_kg = swimmer.beads[0].mass_kg;
+  }
+}
+
+/// Both arms of the row, from what the shorthand gives.
+void place_in_a_row(Swimmer& swimmer, Arm arm) {
+  const ThreeBeads& row = *swimmer.three_beads;
+  for (int i = 0; i < 2; ++i) {
+    arm.body_A = i;
+    arm.body_B = i + 1;
+    const Bead& A = swimmer.beads[i];
+    const Bead& B = swimmer.beads[static_cast<std::size_t>(i) + 1];
+    arm.rest_length_m = row.rest_gap_m[i] + (extent_along_m(A) + extent_along_m(B)) / 2.0;
+    arm.drive = drive_of(row.stroke, i == 0 ? 0 : row.stroke.phase_lag_steps);
+    swimmer.arms.push_back(arm);
+  }
+  swimmer.beads[0].position_m.z() = -swimmer.arms[0].rest_length_m;
+  swimmer.beads[2].position_m.z() = swimmer.arms[1].rest_length_m;
+}
+
+/// The shorthand's own keys: beads B2, B1, B3 in a row along z, B1 at the origin.
+void declare_three_beads(Keys& keys, Swimmer& swimmer) {
+  declare_row(keys, swimmer);
+  if (!swimmer.three_beads) swimmer.three_beads.emplace();
+  keys.numbers(
+      keys.needed("rest_gap_m"), swimmer.three_beads->rest_gap_m,
+      "Shorthand: distances between the beads at rest, surface to surface: trailing to middle, middle to leading [m].");
+  Arm arm = swimmer.arms.empty() ? Arm{} : swimmer.arms[0];
+  keys.section(keys.needed("spring"), "Shorthand: both springs; they start at rest.",
+               [&](Keys& spring) { declare_spring(spring, arm, swimmer.beads[0].mass_kg); });
+  keys.section(keys.needed("stroke"),
+               "Shorthand: driving: −a sin(2πt/T) on the trailing bead, a sin(2π(t−φ)/T) on the leading one from t = "
+               "φ, the negative sum on the middle one; each for `cycles` periods.",
+               [&](Keys& stroke) { declare(stroke, swimmer.three_beads->stroke); });
+  if (keys.reader() != nullptr) place_in_a_row(swimmer, arm);
+}
+
+constexpr std::array figures_of_swimmer{
+    DescribedKey{"u_swim_lattice", "Swimming speed [cells/step]."},
+    DescribedKey{"d1_cells", "Amplitude of the trailing arm."},
+    DescribedKey{"d2_cells", "Amplitude of the leading arm."},
+    DescribedKey{"sin_dphi", "Sine of the phase difference of both arms."},
+    DescribedKey{"K", "Geometry factor [1/cell]."},
+    DescribedKey{"u_GA_lattice", "Speed after Golestanian and Ajdari [cells/step]."},
+    DescribedKey{"error_percent", "Difference of both speeds, or a bound on it."},
+    DescribedKey{"efficiency", "Swimming efficiency."},
+    DescribedKey{"Re_swim", "Reynolds number of the swimmer."}};
+constexpr std::array figures_of_bodies{DescribedKey{"B2", "Trailing bead."}, DescribedKey{"B1", "Middle bead."},
+                                       DescribedKey{"B3", "Leading bead."}};
+
+void declare_figures(Keys& keys, std::span<const DescribedKey> known, const std::string& prefix,
+                     PublishedFigures& figures) {
+  for (const DescribedKey& figure : known) {
+    const auto found = std::ranges::find(figures, prefix + figure.name, &PublishedFigures::value_type::first);
+    std::optional<double> value;
+    if (found != figures.end()) value = found->second;
+    keys.number(figure.name, value, Range::any, figure.description);
+    if (keys.reader() != nullptr && value) figures.emplace_back(prefix + figure.name, *value);
+  }
+}
+
+void declare(Keys& keys, PublishedFigures& figures) {
+  const std::string prefix = "Re_bodies.";
+  declare_figures(keys, figures_of_swimmer, "", figures);
+  const bool has_any =
+      std::ranges::any_of(figures, [&](const auto& figure) { return figure.first.starts_with(prefix); });
+  if (keys.written_if(has_any))
+    keys.section("Re_bodies", "Reynolds numbers of the beads, in the columns of the publication.",
+                 [&](Keys& bodies) { declare_figures(bodies, figures_of_bodies, prefix, figures); });
 }
 
 void declare_phase(Keys& keys, double& phase_deg) {
@@ -214,19 +365,6 @@ void declare_phase(Keys& keys, double& phase_deg) {
 }
 
 }  // namespace
-
-void declare_spring(Keys& keys, Arm& arm, double mass_kg) {
-  keys.number(required("stiffness_N_per_m"), arm.stiffness_N_per_m, Range::positive, "Stiffness k.");
-  keys.number("damping_N_s_per_m", arm.damping_N_s_per_m, Range::not_negative, "Damping γ.");
-  keys.describe(
-      "damping_ratio", schema_of_number(Range::not_negative),
-      "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced mass.");
-  if (!keys.reads("damping_ratio")) return;
-  const double ratio = keys.reader()->number("damping_ratio", Range::not_negative, 0.0);
-  keys.reject_if(keys.reads("damping_N_s_per_m"), "damping_ratio",
-                 "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
-  arm.damping_N_s_per_m = 2.0 * ratio * std::sqrt(mass_kg * arm.stiffness_N_per_m);
-}
 
 double extent_along_m(const Bead& bead) { return 2.0 * half_extent_m(bead, Eigen::Vector3d::UnitZ()); }
 

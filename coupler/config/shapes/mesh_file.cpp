@@ -10,6 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "config/yaml/document.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/shapes/solid.hpp"
@@ -289,9 +290,7 @@ TriangleMesh welded(const Soup& soup, double unit_m) {
 }
 
 std::string text_of(const Eigen::Vector3d& place_m) {
-  std::string text = "(";
-  for (int axis = 0; axis < 3; ++axis) text += (axis == 0 ? "" : ", ") + rounded_text(place_m[axis]);
-  return text + ") m";
+  return "(" + listed({rounded_text(place_m[0]), rounded_text(place_m[1]), rounded_text(place_m[2])}) + ") m";
 }
 
 /// Each edge must belong to two triangles, once in either direction.
@@ -336,10 +335,7 @@ std::string to_obj(const TriangleMesh& mesh) {
   std::string text;
   for (const auto& vertex : mesh.vertices_m.colwise()) {
     text += 'v';
-    for (const double x : vertex) {
-      std::array<char, 32> number{};
-      text.append(" ").append(number.data(), std::to_chars(number.data(), number.data() + number.size(), x).ptr);
-    }
+    for (const double x : vertex) text += ' ' + shortest_text(x);
     text += '\n';
   }
   for (const auto& corners : mesh.triangles.colwise()) {

@@ -19,6 +19,14 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
+/// The finite number that a text is, spaces around it and a plus sign before it allowed.
+std::optional<double> finite_number_in(std::string_view text) {
+  text = trimmed(text);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const std::optional<double> number = number_in<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
 /// What stands between the fields of a table whose first line this is: spreadsheets write semicolons where the comma is
 /// the decimal sign.
 char separator_in(std::string_view line) {
@@ -63,11 +71,11 @@ class CsvReading {
  public:
   CsvReading(Reader& reader, const std::string& key, const std::vector<std::string>& required,
              const std::vector<std::string>& optional, CsvHeader header)
-      : reader_(reader), key_(key), required_(required), optional_(optional), header_(header) {
-    rows_.path = file_beside_case(reader, key);
-  }
+      : reader_(reader), key_(key), required_(required), optional_(optional), header_(header) {}
 
   std::optional<CsvRows> read() {
+    rows_.path = file_beside_case(reader_, key_);
+    if (reader_.problems().any_under(reader_.path_of(key_))) return {};
     std::ifstream stream(rows_.path);
     if (!stream || !std::filesystem::is_regular_file(rows_.path)) {
       reader_.reject(key_, "is '" + reader_.text(key_) + "' (" + rows_.path.string() +
@@ -174,18 +182,9 @@ std::filesystem::path file_beside_case(Reader& reader, const std::string& key) {
   return (folder / name).lexically_normal();
 }
 
-std::optional<double> finite_number_in(std::string_view text) {
-  text = trimmed(text);
-  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
-  const std::optional<double> number = number_in<double>(text);
-  return number && std::isfinite(*number) ? number : std::nullopt;
-}
-
 std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
                                      const std::vector<std::string>& optional, CsvHeader header) {
-  CsvReading reading(reader, key, required, optional, header);
-  if (reader.problems().any_under(reader.path_of(key))) return {};
-  return reading.read();
+  return CsvReading(reader, key, required, optional, header).read();
 }
 
 }  // namespace copepod::coupler

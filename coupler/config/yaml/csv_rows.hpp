@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "config/yaml/reader.hpp"
@@ -24,9 +23,6 @@ struct CsvRows {
 
 /// The file that a key names: where a case file names it, a relative path starts in the folder of that file.
 std::filesystem::path file_beside_case(Reader& reader, const std::string& key);
-
-/// The finite number that a text is, spaces around it and a plus sign before it allowed.
-std::optional<double> finite_number_in(std::string_view text);
 
 /// Reads the file that a key names as spreadsheets write it: fields between commas, semicolons or tabs, with or without
 /// quotes and byte-order mark; blank lines and those that start with # are left out. What cannot be used is reported

@@ -34,16 +34,6 @@ Value* find_item(Value& list, const std::string& part) {
   return nullptr;
 }
 
-/// Every origin below `value` becomes `origin`: an assigned value has no lines of its own.
-void relocate(Value& value, const Origin& origin) {
-  value.origin = origin;
-  for (Value& item : value.items) relocate(item, origin);
-  for (Value::Entry& entry : value.entries) {
-    entry.key_origin = origin;
-    relocate(entry.value, origin);
-  }
-}
-
 /// What warnings of one kind have in common: their text without quoted names, numbers and the place.
 std::string kind_of(const std::string& message) {
   static const std::regex particulars("'[^']*'|[0-9][-+.e0-9]*");
@@ -59,9 +49,7 @@ Value::Entry parse_override(const std::string& text) {
     const std::string what = equals == 0 ? "there is no key before the equals sign" : "an equals sign is missing";
     throw CaseInvalid(origin, "'" + text + "' is not an assignment (" + what + "). Write --set key.path=value.");
   }
-  Value value = parse_yaml(text.substr(equals + 1), origin.source, LineNumbers::dropped);
-  relocate(value, origin);
-  return {text.substr(0, equals), origin, std::move(value)};
+  return {text.substr(0, equals), origin, parse_yaml(text.substr(equals + 1), origin)};
 }
 
 }  // namespace
@@ -74,17 +62,6 @@ std::string shortest_text(double number) {
   std::array<char, 32> buffer{};
   const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number).ptr;
   return {buffer.data(), end};
-}
-
-Value Value::mapping() {
-  Value value;
-  value.kind = Kind::mapping;
-  return value;
-}
-
-void Value::add(const std::string& key, Value item) {
-  Origin where = item.origin;
-  entries.push_back({key, std::move(where), std::move(item)});
 }
 
 const Value* Value::find(std::string_view key) const {
@@ -129,9 +106,10 @@ Document Document::load(const std::string& file, const std::vector<std::string>&
 
 Document Document::parse(const std::string& text, const std::string& source,
                          const std::vector<std::string>& overrides) {
-  Value written = parse_yaml(text, source, LineNumbers::kept);
+  const Origin start{source, 1};
+  Value written = parse_yaml(text, start);
   if (written.kind != Value::Kind::mapping) {
-    throw CaseInvalid(Origin{source, 1},
+    throw CaseInvalid(start,
                       "the case is not a mapping (it must consist of `key: value` lines). Start it with `case: name`.");
   }
   std::vector<Value::Entry> assignments;
@@ -199,9 +177,7 @@ void Document::assign(const std::string& path, Value value) {
                                             "' is not part of the list or value before it). Use a position counted "
                                             "from 0, or the name of an item.");
       }
-      Value section = Value::mapping();
-      section.origin = value.origin;
-      node->add(part, std::move(section));
+      node->entries.push_back({part, value.origin, {Value::Kind::mapping, {}, {}, {}, value.origin}});
       child = &node->entries.back().value;
     }
     node = child;
@@ -269,8 +245,7 @@ bool Problems::any_under(const std::string& path) const {
 void Problems::throw_if_any() const {
   if (errors_.empty()) return;
   std::vector<Entry> sorted = errors_;
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const Entry& a, const Entry& b) { return a.origin.line < b.origin.line; });
+  std::ranges::stable_sort(sorted, {}, [](const Entry& entry) { return entry.origin.line; });
   std::vector<std::string> lines;
   for (const Entry& entry : sorted) {
     if (lines.empty() || lines.back() != entry.line) lines.push_back(entry.line);

@@ -33,11 +33,6 @@ struct Value {
   std::vector<Entry> entries;  ///< of a mapping, in written order
   Origin origin;
 
-  static Value mapping();
-
-  /// Appends an entry to a mapping.
-  void add(const std::string& key, Value item);
-
   [[nodiscard]] const Value* find(std::string_view key) const;  ///< nullptr if not a mapping or not there
   [[nodiscard]] Value* find(std::string_view key);
 };
@@ -68,11 +63,9 @@ class CaseInvalid : public CaseError {
 };
 
 /// Reads YAML into a tree of values with their line numbers.
-/// @param source  what messages call the text: the path of the file, or the option it came from
-/// @param lines   whether line numbers mean something there (not for an option of the command line)
-enum class LineNumbers { kept, dropped };
+/// @param start  the path of the file, with line 1; or the option that the text came from, which has no lines (0)
 /// @throws CaseInvalid with file:line if the text is not YAML, is too large, or repeats a key
-Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines);
+Value parse_yaml(const std::string& text, const Origin& start);
 
 /// YAML text of a tree; parse_yaml gives back an equal tree.
 std::string to_yaml(const nlohmann::ordered_json& value);

@@ -81,8 +81,7 @@ std::size_t distance(const std::string& wanted, const std::string& candidate) {
   const std::string quantity = lower(quantity_of(candidate));
   if (wanted == quantity || "number_of_" + wanted == quantity || wanted == "number_of_" + quantity) return 0;
   const std::size_t most_letters = (std::min(wanted.size(), quantity.size()) + 1) / 3;
-  const std::size_t longer = std::max(wanted.size(), quantity.size()) - std::min(wanted.size(), quantity.size());
-  const std::size_t letters = longer <= most_letters ? edit_distance(wanted, quantity) : longer;
+  const std::size_t letters = edit_distance(wanted, quantity);
   if (letters <= most_letters) return 10 * letters;
   for (const std::vector<std::string>& names : names_of_quantities) {
     const auto place = std::ranges::find(names, wanted);

@@ -11,7 +11,13 @@ namespace {
 
 using nlohmann::ordered_json;
 
-ordered_json form_of_text() { return {{"type", "string"}}; }
+const ordered_json form_of_text{{"type", "string"}};
+
+/// What holds without the key; nothing where it is required.
+template <typename Value>
+std::optional<Value> default_of(const Key& key, const Value& value) {
+  return key.is_required() ? std::nullopt : std::optional(value);
+}
 
 ordered_json with_default(ordered_json schema, const ordered_json& value, const Key& key) {
   if (key.need == Need::never) schema["default"] = value;
@@ -29,12 +35,11 @@ void merge(ordered_json& known, const ordered_json& other) {
   }
   if (!known.contains("required")) return;
   const ordered_json others = other.value("required", ordered_json::array());
-  ordered_json& needed = known["required"];
-  needed.erase(
-      std::remove_if(needed.begin(), needed.end(),
-                     [&](const ordered_json& name) { return std::ranges::find(others, name) == others.end(); }),
-      needed.end());
-  if (needed.empty()) known.erase("required");
+  ordered_json both = ordered_json::array();
+  for (const ordered_json& name : known["required"])
+    if (std::ranges::find(others, name) != others.end()) both.push_back(name);
+  known["required"] = both;
+  if (both.empty()) known.erase("required");
 }
 
 }  // namespace
@@ -58,23 +63,27 @@ ordered_json schema_of_list(ordered_json item, std::size_t count) {
   return schema;
 }
 
-ordered_json schema_of_file(const std::string& kind, const char* description,
-                            const std::function<void(Keys&)>& declare) {
+ordered_json schema_of_file(const std::string& kind, const char* description, const Keys::Declare& declare) {
   ordered_json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                       {"$id", kind + ".schema.json"},
                       {"title", "Copepod " + kind},
                       {"description", description}};
-  ordered_json keys_only;
-  Keys keys = Keys::describing(keys_only);
-  declare(keys);
-  schema.update(keys_only);
+  schema.update(Keys::described(declare));
   return schema;
 }
 
-Keys Keys::describing(ordered_json& schema) {
-  if (schema.is_null())
-    schema = {{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
-  return {nullptr, nullptr, &schema};
+ordered_json Keys::written(const Declare& declare) {
+  ordered_json section = ordered_json::object();
+  Keys keys(nullptr, &section, nullptr);
+  declare(keys);
+  return section;
+}
+
+ordered_json Keys::described(const Declare& declare) {
+  ordered_json schema{{"type", "object"}, {"additionalProperties", false}, {"properties", ordered_json::object()}};
+  Keys keys(nullptr, nullptr, &schema);
+  declare(keys);
+  return schema;
 }
 
 void Keys::describe(const Key& key, const ordered_json& form, const char* description) {
@@ -95,17 +104,10 @@ void Keys::describe_also(const ordered_json& more) {
   if (describes()) schema_->update(more);
 }
 
-template <typename Value, typename Read, typename Form>
-void Keys::plain(const Key& key, Value& value, const Read& read, const Form& form, const char* description) {
-  if (reader_ != nullptr) value = read(key.is_required() ? std::nullopt : std::optional(value));
-  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
-  if (describes()) describe(key, form(), description);
-}
-
 void Keys::number(const Key& key, double& value, Range range, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->number(key.name, range, otherwise); },
-      [&] { return with_default(schema_of_number(range), value, key); }, description);
+  if (reader_ != nullptr) value = reader_->number(key.name, range, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, with_default(schema_of_number(range), value, key), description);
 }
 
 void Keys::number(const Key& key, std::optional<double>& value, Range range, const char* description) {
@@ -141,54 +143,50 @@ void Keys::number_or(const Key& key, std::optional<double>& value, Range range, 
 }
 
 void Keys::integer(const Key& key, std::int64_t& value, Range range, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->integer(key.name, range, otherwise); },
-      [&] { return with_default(schema_of_integer(range), value, key); }, description);
+  if (reader_ != nullptr) value = reader_->integer(key.name, range, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  if (describes()) describe(key, with_default(schema_of_integer(range), value, key), description);
 }
 
 void Keys::numbers(const Key& key, Eigen::Ref<Eigen::VectorXd> values, const char* description) {
-  Eigen::VectorXd known = values;
-  plain(
-      key, known, [&](const auto& otherwise) { return reader_->numbers(key.name, known.size(), otherwise); },
-      [&] {
-        const auto size = static_cast<std::size_t>(known.size());
-        return with_default(schema_of_list(schema_of_number(Range::any), size), known, key);
-      },
-      description);
-  values = known;
+  if (reader_ != nullptr) values = reader_->numbers(key.name, values.size(), default_of(key, Eigen::VectorXd(values)));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = values;
+  if (!describes()) return;
+  const ordered_json form = schema_of_list(schema_of_number(Range::any), static_cast<std::size_t>(values.size()));
+  describe(key, with_default(form, values, key), description);
 }
 
 void Keys::integers(const Key& key, std::span<std::int64_t> values, Range range, const char* description) {
-  std::vector<std::int64_t> known(values.begin(), values.end());
-  plain(
-      key, known, [&](const auto& otherwise) { return reader_->integers(key.name, known.size(), range, otherwise); },
-      [&] { return with_default(schema_of_list(schema_of_integer(range), known.size()), known, key); }, description);
-  std::ranges::copy(known, values.begin());
+  const std::vector<std::int64_t> known(values.begin(), values.end());
+  if (reader_ != nullptr)
+    std::ranges::copy(reader_->integers(key.name, known.size(), range, default_of(key, known)), values.begin());
+  if (resolved_ != nullptr) (*resolved_)[key.name] = known;
+  if (!describes()) return;
+  describe(key, with_default(schema_of_list(schema_of_integer(range), known.size()), known, key), description);
 }
 
 void Keys::text(const Key& key, std::string& value, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->text(key.name, otherwise); }, form_of_text, description);
+  if (reader_ != nullptr) value = reader_->text(key.name, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  describe(key, form_of_text, description);
 }
 
 void Keys::name(const Key& key, std::string& value, const char* description) {
-  plain(
-      key, value, [&](const auto& otherwise) { return reader_->name(key.name, otherwise); }, form_of_text, description);
+  if (reader_ != nullptr) value = reader_->name(key.name, default_of(key, value));
+  if (resolved_ != nullptr) (*resolved_)[key.name] = value;
+  describe(key, form_of_text, description);
 }
 
 void Keys::words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description) {
-  plain(
-      key, values, [&](const auto&) { return reader_->words(key.name); },
-      [&] { return schema_of_list(form_of_text(), count); }, description);
+  if (reader_ != nullptr) values = reader_->words(key.name);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = values;
+  if (describes()) describe(key, schema_of_list(form_of_text, count), description);
 }
 
 void Keys::command(const Key& key, std::vector<std::string>& words, const char* description) {
-  plain(
-      key, words, [&](const auto&) { return reader_->command(key.name); },
-      [] {
-        return ordered_json{{"anyOf", {form_of_text(), schema_of_list(form_of_text(), 0)}}};
-      },
-      description);
+  if (reader_ != nullptr) words = reader_->command(key.name);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = words;
+  if (describes()) describe(key, {{"anyOf", {form_of_text, schema_of_list(form_of_text, 0)}}}, description);
 }
 
 void Keys::flag(const Key& key, bool& value, const char* description) {
@@ -206,53 +204,38 @@ std::size_t Keys::choose(const Key& key, std::size_t place, std::span<const char
   return found < names.size() ? found : place;
 }
 
-void Keys::section(const Key& key, const char* description, const std::function<void(Keys&)>& declare) {
+void Keys::section(const Key& key, const char* description, const Declare& declare) {
   if (reader_ != nullptr) {
     Reader below = reader_->section(key.name);
     Keys keys = reading(below);
     declare(keys);
   }
-  if (resolved_ != nullptr) {
-    ordered_json below = ordered_json::object();
-    Keys keys = writing(below);
-    declare(keys);
-    (*resolved_)[key.name] = std::move(below);
-  }
-  if (!describes()) return;
-  ordered_json below;
-  Keys keys = describing(below);
-  declare(keys);
-  describe(key, below, description);
+  if (resolved_ != nullptr) (*resolved_)[key.name] = written(declare);
+  if (describes()) describe(key, described(declare), description);
 }
 
-void Keys::either(const Key& key, const std::function<void(Keys&)>& declare) {
+void Keys::either(const Key& key, const Declare& declare) {
   if (!describes()) return section(key, "", declare);
-  ordered_json below;
-  Keys keys = describing(below);
-  declare(keys);
   ordered_json& known = (*schema_)["properties"][key.name];
   ordered_json both{{"description", known["description"]}};
   known.erase("description");
-  both["anyOf"] = {std::move(known), std::move(below)};
+  both["anyOf"] = {std::move(known), described(declare)};
   known = std::move(both);
 }
 
 void Keys::items(const Key& key, std::size_t count, const char* description,
                  const std::function<void(Keys&, std::size_t)>& declare) {
-  ordered_json items = ordered_json::array();
+  if (resolved_ != nullptr) (*resolved_)[key.name] = ordered_json::array();
   for (std::size_t i = 0; i < count; ++i) {
+    const auto declare_item = [&](Keys& keys) { declare(keys, i); };
     if (reader_ != nullptr) {
       Reader below = reader_->item(key.name, i);
       Keys keys = reading(below);
-      declare(keys, i);
-    } else {
-      ordered_json& below = items.emplace_back(resolved_ != nullptr ? ordered_json::object() : ordered_json());
-      Keys keys = resolved_ != nullptr ? writing(below) : describing(below);
-      declare(keys, i);
+      declare_item(keys);
     }
+    if (resolved_ != nullptr) (*resolved_)[key.name].push_back(written(declare_item));
+    if (describes() && i == 0) describe(key, schema_of_list(described(declare_item), 0), description);
   }
-  if (describes()) describe(key, schema_of_list(items[0], 0), description);
-  if (resolved_ != nullptr) (*resolved_)[key.name] = std::move(items);
 }
 
 }  // namespace copepod::coupler

@@ -38,9 +38,11 @@ inline Key required(const char* name) { return {name, Need::always}; }
 /// describe it as JSON schema. A field's value before its key is read is the default.
 class Keys {
  public:
+  using Declare = std::function<void(Keys&)>;
+
   static Keys reading(Reader& reader) { return {&reader, nullptr, nullptr}; }
-  static Keys writing(nlohmann::ordered_json& section) { return {nullptr, &section, nullptr}; }
-  static Keys describing(nlohmann::ordered_json& schema);  ///< that of an object
+  static nlohmann::ordered_json written(const Declare& declare);    ///< a section of the resolved case
+  static nlohmann::ordered_json described(const Declare& declare);  ///< schema of a section
 
   void number(const Key& key, double& value, Range range, const char* description);
   void number(const Key& key, std::optional<double>& value, Range range, const char* description);
@@ -63,13 +65,13 @@ class Keys {
   template <typename E, std::size_t N>
   bool kind(E& value, const std::array<Choice<E>, N>& choices, const char* description);
 
-  void section(const Key& key, const char* description, const std::function<void(Keys&)>& declare);
+  void section(const Key& key, const char* description, const Declare& declare);
   /// A section that may be absent.
   template <typename T>
   void section(const Key& key, std::optional<T>& value, const char* description,
                const std::function<void(Keys&, std::type_identity_t<T>&)>& declare);
   /// Another form of a key, beside the one that is declared already: a section.
-  void either(const Key& key, const std::function<void(Keys&)>& declare);
+  void either(const Key& key, const Declare& declare);
   template <typename T>
   void list(const Key& key, std::vector<T>& items, const char* description,
             const std::function<void(Keys&, std::type_identity_t<T>&)>& declare);
@@ -104,10 +106,6 @@ class Keys {
  private:
   Keys(Reader* reader, nlohmann::ordered_json* resolved, nlohmann::ordered_json* schema)
       : reader_(reader), resolved_(resolved), schema_(schema) {}
-  /// A key whose value is read, written and described as it is.
-  /// @param read  its value; of a default, or of nothing where the key is required
-  template <typename Value, typename Read, typename Form>
-  void plain(const Key& key, Value& value, const Read& read, const Form& form, const char* description);
   /// @return the place of what is chosen among the names
   std::size_t choose(const Key& key, std::size_t place, std::span<const char* const> names, const char* description);
   void items(const Key& key, std::size_t count, const char* description,
@@ -127,8 +125,7 @@ nlohmann::ordered_json schema_of_number(Range range);
 nlohmann::ordered_json schema_of_integer(Range range);
 nlohmann::ordered_json schema_of_list(nlohmann::ordered_json item, std::size_t count);  ///< 0: any number of items
 /// Of a whole file, a "case" or a "campaign".
-nlohmann::ordered_json schema_of_file(const std::string& kind, const char* description,
-                                      const std::function<void(Keys&)>& declare);
+nlohmann::ordered_json schema_of_file(const std::string& kind, const char* description, const Keys::Declare& declare);
 
 template <typename E, std::size_t N>
 void Keys::choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {

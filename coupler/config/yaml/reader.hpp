@@ -49,8 +49,6 @@ class Reader {
   Reader item(const std::string& key, std::size_t index) {
     return {&raw(key)->items[index], path_of(key) + "." + std::to_string(index), problems_};
   }
-  /// Reader of a section whose key the user invented; `accept_all` makes it known.
-  Reader invented(const std::string& key) { return {mapping_->find(key), path_of(key), problems_}; }
   [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
   /// The raw value of a key, nullptr if absent.
   const Value* raw(const std::string& key);

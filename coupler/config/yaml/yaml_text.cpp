@@ -23,7 +23,7 @@ constexpr const char* merge_key = "<<";
 
 class Conversion {
  public:
-  Conversion(std::string source, LineNumbers lines) : source_(std::move(source)), lines_(lines) {}
+  explicit Conversion(const Origin& start) : start_(start) {}
 
   Value convert(const YAML::Node& node) {
     if (++values_ > most_values) {
@@ -61,7 +61,7 @@ class Conversion {
   }
 
   [[nodiscard]] Origin origin(const YAML::Mark& mark) const {
-    return {source_, lines_ == LineNumbers::kept ? mark.line + 1 : 0};
+    return {start_.source, start_.line > 0 ? start_.line + mark.line : 0};
   }
 
  private:
@@ -105,8 +105,7 @@ class Conversion {
       if (value.find(entry.key) == nullptr) value.entries.push_back(std::move(entry));
   }
 
-  std::string source_;
-  LineNumbers lines_;
+  const Origin& start_;
   std::size_t values_ = 0;
   int level_ = 0;
 };
@@ -186,10 +185,11 @@ std::string problem_with(const std::string& line, const YAML::Exception& error) 
 
 }  // namespace
 
-Value parse_yaml(const std::string& text, const std::string& source, LineNumbers lines) {
-  Conversion conversion(source, lines);
+Value parse_yaml(const std::string& text, const Origin& start) {
+  Conversion conversion(start);
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF") || text.find('\0') != std::string::npos)
-    throw CaseInvalid(Origin{source, 1}, "this is not UTF-8 text (saved as UTF-16, or not text). Save it as UTF-8.");
+    throw CaseInvalid(Origin{start.source, 1},
+                      "this is not UTF-8 text (saved as UTF-16, or not text). Save it as UTF-8.");
   try {
     if (const auto second = second_document(text))
       throw CaseInvalid(conversion.origin(*second),

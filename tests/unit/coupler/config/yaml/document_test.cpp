@@ -126,8 +126,8 @@ TEST(YamlText, MergesTheKeysOfOtherSections) {
 }
 
 TEST(YamlText, RefusesToMergeWhatIsNoMapping) {
-  EXPECT_THROW(parse_yaml("a: {<<: 5}", "x.yaml", LineNumbers::kept), CaseInvalid);
-  EXPECT_THROW(parse_yaml("b: &b [1]\na: {<<: *b}", "x.yaml", LineNumbers::kept), CaseInvalid);
+  EXPECT_THROW(parse_yaml("a: {<<: 5}", {"x.yaml", 1}), CaseInvalid);
+  EXPECT_THROW(parse_yaml("b: &b [1]\na: {<<: *b}", {"x.yaml", 1}), CaseInvalid);
 }
 
 TEST(Problems, WarnsOnceOfEachKindAndCountsTheOthers) {
@@ -160,17 +160,17 @@ TEST(YamlText, StopsAnAliasInsideItsOwnAnchor) {
 }
 
 TEST(YamlText, WritesWhatItReads) {
-  const Value value = parse_yaml("a: {b: [1, 2], c: ~, d: [{e: 'x: y'}]}\n", "x", LineNumbers::kept);
+  const Value value = parse_yaml("a: {b: [1, 2], c: ~, d: [{e: 'x: y'}]}\n", {"x", 1});
   const std::string once = to_yaml(to_json(value));
-  EXPECT_EQ(to_yaml(to_json(parse_yaml(once, "x", LineNumbers::kept))), once);
+  EXPECT_EQ(to_yaml(to_json(parse_yaml(once, {"x", 1}))), once);
   EXPECT_EQ(to_json(value).dump(), R"({"a":{"b":["1","2"],"c":null,"d":[{"e":"x: y"}]}})");
 }
 
 TEST(YamlText, GivesControlCharactersBack) {
-  Value list = parse_yaml("[a]", "x", LineNumbers::kept);
+  Value list = parse_yaml("[a]", {"x", 1});
   for (const char* word : {"\r", "a\rb", "\t", "\n", "\x07", "\x7f"}) {
     list.items[0].text = word;
-    EXPECT_EQ(parse_yaml(to_yaml(to_json(list)), "x", LineNumbers::kept).items[0].text, word);
+    EXPECT_EQ(parse_yaml(to_yaml(to_json(list)), {"x", 1}).items[0].text, word);
   }
 }
 
