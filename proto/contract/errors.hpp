@@ -37,9 +37,9 @@ class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1)
       : std::runtime_error(reason), code_(code), rank_(rank), step_(step) {}
-  [[nodiscard]] ExitCode code() const { return code_; }            ///< of the process
-  [[nodiscard]] int rank() const { return rank_; }                 ///< that failed
-  [[nodiscard]] std::int64_t step() const { return step_; }        ///< coupling step, −1 if not known
+  [[nodiscard]] ExitCode code() const { return code_; }      ///< of the process
+  [[nodiscard]] int rank() const { return rank_; }           ///< that failed
+  [[nodiscard]] std::int64_t step() const { return step_; }  ///< coupling step, −1 if not known
 
  private:
   ExitCode code_;

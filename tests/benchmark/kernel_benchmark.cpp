@@ -3,11 +3,11 @@
 
 #include <benchmark/benchmark.h>
 
-#include "benchmark/memory_rates.hpp"
 #include "contract/words.hpp"
 #include "lattice_boltzmann/kernel/collision.hpp"
 #include "lattice_boltzmann/kernel/exchange_group.hpp"
 #include "lattice_boltzmann/lattice/huge_array.hpp"
+#include "memory_rates.hpp"
 
 // The kernel alone, by instruction set, precision, placement and domain, beside the memory traffic without
 // arithmetic (`streams`). Items are cell updates.

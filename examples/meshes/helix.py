@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Writes helix.obj: a tube of 0.7 along a right-handed helix of radius 2, two turns of pitch 7, with rounded ends."""
+"""Writes configs/examples/meshes/helix.obj: a tube of 0.7 along a right-handed helix of radius 2, two turns of pitch 7,
+with rounded ends."""
 
 import math
 from pathlib import Path
 
+OUTPUT = Path(__file__).resolve().parents[2] / "configs/examples/meshes/helix.obj"
 TUBE, RADIUS, PITCH, TURNS = 0.7, 2.0, 7.0, 2
 SIDES, PER_TURN, CAP = 12, 32, 4
 
@@ -38,4 +40,4 @@ for side in range(SIDES):
     beside, last = (side + 1) % SIDES, SIDES * (len(rings) - 1) + 1
     faces += [(side + 1, first_pole, beside + 1), (last + side, last + beside, last_pole)]
 lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces]
-Path(__file__).with_suffix(".obj").write_text("\n".join(lines) + "\n")
+OUTPUT.write_text("\n".join(lines) + "\n")

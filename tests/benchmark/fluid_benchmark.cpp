@@ -6,9 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
-#include "benchmark/memory_rates.hpp"
 #include "contract/words.hpp"
 #include "lattice_boltzmann/lattice_boltzmann.hpp"
+#include "memory_rates.hpp"
 #include "ranks/mpi_communicator.hpp"
 
 // Speed of the fluid alone beside the speed of the memory, under mpirun; prints one JSON object on rank 0.
