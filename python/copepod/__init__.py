@@ -23,9 +23,11 @@ from copepod.environment import Environment, Environments
 from copepod.errors import CaseError, CaseWarning, Error, RunError
 from copepod.results import Campaign, Run, Sample, follow, load
 from copepod.running import Check, Progress, check, run
-from copepod.simulation import Simulation
+from copepod.simulation import Actuators, Bodies, Simulation, Snapshot
 
 __all__ = [
+    "Actuators",
+    "Bodies",
     "Campaign",
     "Case",
     "CaseError",
@@ -39,6 +41,7 @@ __all__ = [
     "RunError",
     "Sample",
     "Simulation",
+    "Snapshot",
     "check",
     "follow",
     "load",

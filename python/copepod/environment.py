@@ -1,4 +1,4 @@
-"""Simulations as environments for reinforcement learning, in the conventions of Gymnasium 1.x, which is not needed."""
+"""Simulations as environments for reinforcement learning, in Gymnasium's conventions (1.x), installed or not."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -11,26 +11,25 @@ from copepod.errors import Error, RunError
 from copepod.running import AnyCase, Settings
 from copepod.simulation import Simulation
 
+try:
+    from gymnasium import Env as _Base
+except ImportError:
+    _Base = object
+
 _Step = tuple[Any, float, bool, bool, dict[str, Any]]
 
 
-class Environment:
+class Environment(_Base):
     """One swimmer, or whatever a case has, as an environment. A subclass defines what an agent sees and does:
 
         class Swimmer(copepod.Environment):
             def observe(self): return self.sim.bodies.position_m[:, 2]
-            def act(self, action): self.sim.actuators.move(action, …, steps=100)
+            def act(self, action): self.sim.actuators[0] = 1e-9 * action
             def reward(self, before, after): return after.mean() - before.mean()
 
-    `reset` returns to a snapshot: the same seed and actions give the same bits. `observation_space` and `action_space`
-    are the subclass's to set where a library asks for them.
+    `reset` returns to a snapshot: the same seed and actions give the same bits. Where Gymnasium is installed this is
+    one of its `Env`; `observation_space` and `action_space` are the subclass's to set.
     """
-
-    metadata: dict[str, Any] = {"render_modes": []}
-    render_mode = None
-    spec = None
-    observation_space: Any = None
-    action_space: Any = None
 
     def __init__(
         self,
@@ -54,10 +53,6 @@ class Environment:
         self._start = self.sim.snapshot()
         self._actions = -1  # no episode so far
         self._seen: Any = None
-
-    @property
-    def unwrapped(self) -> "Environment":
-        return self
 
     def observe(self) -> Any:
         """What the agent sees now."""
@@ -109,9 +104,6 @@ class Environment:
             self._actions = -1
         return self._seen, float(self.reward(before, self._seen)), terminated, truncated, {}
 
-    def render(self) -> None:
-        """Nothing; the run directory of a `Simulation` has the pictures."""
-
     def close(self) -> None:
         """Frees the simulation."""
         self.sim.close()
@@ -120,8 +112,6 @@ class Environment:
 class Environments:
     """Several environments that share the cores; one that has ended is reset by the next `step`, which ignores its
     action (Gymnasium's AutoresetMode.NEXT_STEP)."""
-
-    metadata: dict[str, Any] = {"autoreset_mode": "NextStep"}
 
     def __init__(self, make: Sequence[Callable[[], Environment]]) -> None:
         """@param make  makes each of them; they are opened at once"""

@@ -164,7 +164,6 @@ class EnvironmentTest(unittest.TestCase):
             environment.step(0)
         seen, info = environment.reset(seed=3, options={})
         self.assertEqual((list(seen[:2]), info), ([0, 0], {}))
-        self.assertIs(environment.unwrapped, environment)
         for number in range(6):
             seen, reward, terminated, truncated, info = environment.step(number % 2)
             self.assertEqual((type(reward), type(terminated), truncated), (float, bool, number == 5))
