@@ -1,5 +1,6 @@
 """Simulations as environments for reinforcement learning, in Gymnasium's conventions (1.x), installed or not."""
 
+import importlib.util
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -11,11 +12,7 @@ from copepod.errors import Error, RunError
 from copepod.running import AnyCase, Settings
 from copepod.simulation import Simulation
 
-try:
-    from gymnasium import Env as _Base
-except ImportError:
-    _Base = object
-
+_Base: Any = importlib.import_module("gymnasium").Env if importlib.util.find_spec("gymnasium") else object
 _Step = tuple[Any, float, bool, bool, dict[str, Any]]
 
 

@@ -4,6 +4,7 @@ import ctypes
 import functools
 import json
 import warnings
+from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -19,22 +20,29 @@ from copepod_run.errors import ExitCode
 _SLICE_S = 0.05  # of a long step: Python takes signals between two calls
 _MISUSE = 64
 
-_Array = Any  # numpy.ndarray
+
+@dataclass(frozen=True)
+class Bodies:
+    """Motion at the start of the step that comes next, and the fluid's loads during the one before, as copies."""
+
+    names: list[str]  #: of the bodies, in the order of all arrays
+    position_m: Any  #: of the centre of mass, (bodies, 3)
+    orientation_wxyz: Any  #: unit quaternion, (bodies, 4)
+    velocity_m_per_s: Any  #: (bodies, 3)
+    angular_velocity_rad_per_s: Any  #: (bodies, 3), in the world's frame
+    force_N: Any  #: hydrodynamic, (bodies, 3)
+    torque_N_m: Any  #: about the centre of mass, (bodies, 3)
+
+
+_ARRAYS = [field.name for field in fields(Bodies)][1:]
 
 
 class _State(ctypes.Structure):
     """copepod_state."""
 
-    _names = (
-        "position_m",
-        "orientation_wxyz",
-        "velocity_m_per_s",
-        "angular_velocity_rad_per_s",
-        "force_N",
-        "torque_N_m",
-    )
-    _fields_ = [("step", ctypes.c_int64), ("bodies", ctypes.c_int64)] + [
-        (name, ctypes.POINTER(ctypes.c_double)) for name in _names
+    _fields_ = [
+        *((name, ctypes.c_int64) for name in ("step", "bodies")),
+        *((name, ctypes.POINTER(ctypes.c_double)) for name in _ARRAYS),
     ]
 
 
@@ -56,31 +64,12 @@ def _call(name: str, *arguments: Any) -> None:
     raise kind(message, code)
 
 
-class Bodies:
-    """Motion at the start of the step that comes next, and the fluid's loads during the one before: copies, of shape
-    (bodies, 3), orientations (bodies, 4) as w, x, y, z; in the order of `names`."""
-
-    position_m: _Array
-    orientation_wxyz: _Array
-    velocity_m_per_s: _Array
-    angular_velocity_rad_per_s: _Array
-    force_N: _Array
-    torque_N_m: _Array
-
-    def __init__(self, names: list[str], state: _State) -> None:
-        self.names = names
-        for name in _State._names:
-            shape = (len(names), 4 if name == "orientation_wxyz" else 3)
-            values = numpy.ctypeslib.as_array(getattr(state, name), shape).copy() if names else numpy.empty(shape)
-            setattr(self, name, values)
-
-
 class Actuators:
     """The case's actuators, in the order of `paths`: `actuators["joints.0"] = 1e-6`, or a number for the path, replaces
     the signal of the case by a constant from the next step on. In N, N m, m or rad, see docs/steering.md."""
 
-    def __init__(self, handle: ctypes.c_int64, paths: list[str]) -> None:
-        self._handle = handle
+    def __init__(self, handle: int, paths: list[str]) -> None:
+        self._handle = ctypes.c_int64(handle)
         self.paths = paths
 
     def __len__(self) -> int:
@@ -104,10 +93,10 @@ class Actuators:
 class Snapshot:
     """A state of a simulation in memory; freed with this object."""
 
-    def __init__(self, handle: ctypes.c_int64) -> None:
-        self._handle = handle
+    def __init__(self, handle: int) -> None:
+        self._handle = ctypes.c_int64(handle)
         self._number = ctypes.c_int64()
-        _call("copepod_snapshot", handle, ctypes.byref(self._number))
+        _call("copepod_snapshot", self._handle, ctypes.byref(self._number))
 
     def __del__(self) -> None:
         _library().copepod_drop(self._handle, self._number)
@@ -157,7 +146,7 @@ class Simulation:
             for warning in description["warnings"]:
                 warnings.warn(file.shown(warning), CaseWarning, stacklevel=2)
         self.step_s: float = description["step_s"]
-        self.actuators = Actuators(self._handle, description["actuators"])
+        self.actuators = Actuators(self._handle.value, description["actuators"])
         self._names: list[str] = description["bodies"]
 
     def step(self, steps: int = 1) -> None:
@@ -191,11 +180,17 @@ class Simulation:
     @property
     def bodies(self) -> Bodies:
         """The bodies at this moment."""
-        return Bodies(self._names, self._state())
+        state = self._state()
+        arrays = []
+        for name in _ARRAYS:
+            shape = (len(self._names), 4 if name == "orientation_wxyz" else 3)
+            values = numpy.ctypeslib.as_array(getattr(state, name), shape) if self._names else numpy.empty(shape)
+            arrays.append(values.copy())
+        return Bodies(self._names, *arrays)
 
     def snapshot(self) -> Snapshot:
         """Keeps fluid, bodies, coupler and actuators in memory."""
-        return Snapshot(self._handle)
+        return Snapshot(self._handle.value)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Returns to a state: what comes next has the bits of a run without interruption. Files in the run directory
