@@ -189,7 +189,7 @@ void CaseRun::compute(const CheckpointStore& store) {
            (the_case.until_periodic && observers_->cycles().is_periodic(the_case.until_periodic->tolerance));
   };
   while (!ended()) {
-    advance(the_case.steps, [&](std::int64_t step) { return checkpointer.wants_pause(step) || ended(); });
+    scheme_->run(the_case.steps, [&](std::int64_t step) { return checkpointer.wants_pause(step) || ended(); });
     if (!ended()) checkpointer.write(*fluid_, *body_, scheme_->step(), [&] { return state(); });
   }
 }

@@ -67,6 +67,8 @@ class SimulationTest(unittest.TestCase):
                 self.assertAlmostEqual(sim.time_s, 150 * 7.5e-10)
 
     def test_an_interrupt_ends_a_long_step_at_once_with_the_state_whole(self):
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
+        self.addCleanup(signal.signal, signal.SIGINT, before)
         with copepod.Simulation(STROKE) as sim:
             start = sim.snapshot()
             sent_s = []
