@@ -1,11 +1,21 @@
+#include <algorithm>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <fcntl.h>
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <memory>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <spdlog/sinks/null_sink.h>
@@ -136,7 +146,8 @@ class Simulation {
     const auto pause = [&](std::int64_t next) {
       return limit_s > 0.0 && next > first && std::chrono::duration<double>(Clock::now() - start).count() >= limit_s;
     };
-    or_fail([&] { run_.advance(first + steps, pause); });
+    const std::int64_t most = std::numeric_limits<std::int64_t>::max() - first;
+    or_fail([&] { run_.advance(first + std::min(steps, most), pause); });
     if (run_.scheme().step() > first) loads_ = run_.scheme().loads();
     return run_.scheme().step() - first;
   }
@@ -183,9 +194,15 @@ class Simulation {
 
   void close() {
     if (temporary_) return;
-    if (!failure_) or_fail([&] { run_.finish(); });
+    std::exception_ptr problem;
+    try {
+      if (!failure_) or_fail([&] { run_.finish(); });
+    } catch (const std::exception&) {
+      problem = std::current_exception();
+    }
     provenance_.set_notices(run_.notices());
     provenance_.write_end(failure_ ? failure_->code : ExitCode::finished, failure_ ? failure_->reason : "");
+    if (problem) std::rethrow_exception(problem);
   }
 
   std::mutex in_a_call;

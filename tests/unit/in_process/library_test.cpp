@@ -160,6 +160,8 @@ TEST_F(Library, StopsAStepWhenItsTimeIsUp) {
   ASSERT_EQ(copepod_step(handle, 1'000'000, 0.02, &done), 0) << copepod_error();
   EXPECT_GE(done, 1);
   EXPECT_LT(done, 1'000'000);
+  ASSERT_EQ(copepod_step(handle, std::numeric_limits<int64_t>::max(), 0.01, &done), 0) << copepod_error();
+  EXPECT_GE(done, 1);
   ASSERT_EQ(copepod_step(handle, 0, 0.0, &done), 0);
   EXPECT_EQ(done, 0);
 }
@@ -241,6 +243,17 @@ TEST_F(Library, OverwritesNoRun) {
   EXPECT_EQ(copepod_open(case_file_.c_str(), nullptr, directory.c_str(), &number), 2);
   EXPECT_TRUE(is_said("holds a run"));
   EXPECT_EQ(digest(directory), before);
+}
+
+TEST_F(Library, ClosesWhateverTheDiskDoesAndReportsIt) {
+  const fs::path directory = folder_.path() / "full";
+  const int64_t handle = open({}, directory);
+  ASSERT_EQ(copepod_step(handle, 5, 0.0, nullptr), 0);
+  fs::create_directory(directory / "summary.json");  // where a file is to be
+  EXPECT_EQ(copepod_close(handle), 73);
+  std::ifstream provenance(directory / "provenance.json");
+  EXPECT_EQ(nlohmann::json::parse(provenance).at("exit_code"), 73);
+  EXPECT_EQ(copepod_close(handle), COPEPOD_MISUSE);
 }
 
 TEST_F(Library, LeavesNothingInMemory) {
