@@ -20,6 +20,7 @@ os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
 sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/learning")]
 
 import copepod  # noqa: E402
+import steer_triangle  # noqa: E402
 import three_spheres  # noqa: E402
 
 STROKE = ROOT / "configs/examples/prescribed_stroke.yaml"
@@ -203,6 +204,20 @@ class EnvironmentTest(unittest.TestCase):
         self.assertNotEqual(rewards[1], 0.0)
         together.close()
         alone.close()
+
+    def test_each_of_several_has_a_seed_of_its_own(self):
+        together = copepod.Environments([spheres] * 2)
+        together.reset(seed=7)
+        drawn = [environment.np_random.random() for environment in together.environments]
+        self.assertEqual(drawn, [numpy.random.default_rng(seed).random() for seed in (7, 8)])
+        together.close()
+
+    def test_a_controller_that_rewinds_brings_a_triangle_to_its_target(self):
+        path, strokes = steer_triangle.swim(9)
+        distances_m = numpy.linalg.norm(path - path[0] - steer_triangle.TARGET, axis=1)
+        self.assertGreater(distances_m[0], 1.2e-6)
+        self.assertLess(distances_m[-1], 2.0e-8)
+        self.assertGreater(len(set(strokes)), 2)
 
     def test_a_learner_finds_the_stroke_of_najafi_and_golestanian(self):
         environment = spheres(episode=40)
