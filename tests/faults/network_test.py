@@ -48,7 +48,7 @@ class CutNetwork(unittest.TestCase):
         self.halted = self.folder / "halted"
         words = [PROGRAMS / "halting_fluid", "--halt-in", "exchange", "--halt-at-step", "20"]
         command = ["ip", "netns", "exec", self.host, *words, "--halt-file", self.halted]
-        transport = f"services.transport=tcp://{self.address}.1:47611"
+        transport = f"services.transport=tcp://{self.address}.1:17611"  # below the ports that the system hands out
         run = HurtRun(
             *(self.folder, "--out", "out", "--fluid", shlex.join(map(str, command)), "--ranks", "1"),
             *("--set", transport, *arguments),
