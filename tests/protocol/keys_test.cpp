@@ -76,12 +76,12 @@ INSTANTIATE_TEST_SUITE_P(Of, WrongKeys, testing::Values("NoKey", "AnotherRun", "
 
 TEST(KeysOverTcp, AreAMustWhereOtherMachinesCanListen) {
   LinkSettings settings;
-  settings.endpoint = "tcp://0.0.0.0:47613";
+  settings.endpoint = "tcp://0.0.0.0:17613";
   EXPECT_THROW(Link link(settings), CaseError);
-  ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"});
+  ChildProcess fluid({kFakeFluid, "--endpoint", "tcp://10.0.0.1:17613", "--session", "secret"});
   EXPECT_EQ(fluid.wait(), 2);
   std::vector<std::string> words = in_python().body;
-  for (const char* word : {"--endpoint", "tcp://10.0.0.1:47613", "--session", "secret"}) words.emplace_back(word);
+  for (const char* word : {"--endpoint", "tcp://10.0.0.1:17613", "--session", "secret"}) words.emplace_back(word);
   ChildProcess python(words);
   EXPECT_EQ(python.wait(), 2);
 }
