@@ -21,7 +21,7 @@ namespace copepod::coupler {
 /// Whether a run begins at step 0, at the newest checkpoint of its directory, or at that of another run.
 enum class Beginning { fresh, resumed, branched };
 
-/// What a simulation needs beside the states of its solvers to continue bit for bit.
+/// State of a run: what its solvers saved, and what it keeps itself.
 struct Snapshot {
   std::optional<FoundCheckpoint> states;  ///< none at step 0: the case has it
   DrivingProtocol driving;
