@@ -93,7 +93,8 @@ struct KeptSnapshot {
   Loads loads;
 };
 
-LoadedCase load(const char* case_file, const char* const* settings) {
+/// @param keeps_results  without, nothing is written on the way: it would fill the memory
+LoadedCase load(const char* case_file, const char* const* settings, bool keeps_results) {
   std::vector<std::string> overrides{"services.transport=in_process"};
   for (; settings != nullptr && *settings != nullptr; ++settings) overrides.emplace_back(*settings);
   LoadedCase loaded = coupler::load_case(case_file, overrides);
@@ -103,6 +104,11 @@ LoadedCase load(const char* case_file, const char* const* settings) {
     throw CaseError(
         "output.trace is of runs that nothing interrupts (a simulation may return to an earlier state). "
         "Remove it.");
+  if (!keeps_results) {
+    coupler::OutputCase& output = loaded.content.output;
+    output.trajectory_every_steps = output.bodies_every_steps = 0;
+    output.fields.every_steps = output.fields.mean_stop = 0;
+  }
   return loaded;
 }
 
@@ -110,7 +116,7 @@ LoadedCase load(const char* case_file, const char* const* settings) {
 class Simulation {
  public:
   Simulation(const char* case_file, const char* const* settings, const char* directory)
-      : loaded_(load(case_file, settings)),
+      : loaded_(load(case_file, settings, directory != nullptr)),
         directory_(directory != nullptr ? fs::path(directory) : temporary_.emplace().path()),
         components_(loaded_.content.services.fluid_ranks),
         provenance_(directory_, "libcopepod", "", loaded_.content.services.fluid_ranks, false),

@@ -131,8 +131,8 @@ class Simulation:
         @param ranks      threads of the fluid
         @throws CaseError for a bad case
         """
-        words = assignments(set) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
         self._handle = ctypes.c_int64()
+        words = assignments(set) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
         with case_file(case) as file:
             settings = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
             place = None if directory is None else str(directory).encode()

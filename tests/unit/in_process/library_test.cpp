@@ -279,6 +279,26 @@ TEST_F(Library, LeavesNothingInMemory) {
   EXPECT_EQ(left(), before);
 }
 
+TEST_F(Library, WritesNothingOnTheWayWithoutADirectory) {
+  const auto written_bytes = [](int64_t handle, const fs::path& parent, const std::string& name) {
+    EXPECT_EQ(copepod_step(handle, 60, 0.0, nullptr), 0) << copepod_error();
+    std::uintmax_t bytes = 0;
+    for (const auto& folder : fs::directory_iterator(parent)) {
+      if (!folder.path().filename().string().starts_with(name)) continue;
+      for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.is_regular_file() && entry.path().filename() != "fluid.h5")  // a snapshot of another test
+          bytes += entry.file_size();
+    }
+    EXPECT_EQ(copepod_close(handle), 0);
+    return bytes;
+  };
+  const std::vector<std::string> much{"output.bodies={every_steps: 1}", "output.fields={every_steps: 1}"};
+  const fs::path memory = "/dev/shm";
+  const std::string own = "copepod-simulation-" + std::to_string(getpid());
+  EXPECT_LT(written_bytes(open(much), memory, own), 50'000U);
+  EXPECT_GT(written_bytes(open(much, folder_.path() / "kept"), folder_.path(), "kept"), 500'000U);
+}
+
 TEST_F(Library, RemovesWhatKilledProcessesLeftAndNothingElse) {
   const auto folder_with_file = [](const std::string& name) {
     const fs::path folder = fs::path("/dev/shm") / name;
