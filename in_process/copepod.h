@@ -4,7 +4,8 @@
  * disk), or COPEPOD_MISUSE; copepod_error() then has the message. No exception and no signal handler crosses the
  * border. Any number of simulations may be open, each in one call at a time; calls for different ones may come from
  * different threads. Same case, same calls: the same bits, for any number of ranks. Lengths in m, times in s; the
- * vectors of bodies follow each other, 3 or 4 numbers each.
+ * vectors of bodies follow each other, 3 or 4 numbers each. The first copepod_open silences spdlog's default logger; a
+ * host that uses that one sets it afterwards.
  */
 #ifndef COPEPOD_H
 #define COPEPOD_H
