@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_run import build
-from copepod_run.checkout import PROGRAMS, ROOT, program
+from copepod_run.checkout import COMMAND, PROGRAMS, program
 from copepod_run.components import environment_to_ask, mpirun
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import markdown_table
@@ -312,7 +312,7 @@ def _run(case: Figures) -> Figures:
     with tempfile.TemporaryDirectory(prefix="copepod-bench-") as folder:
         file, out = Path(folder, "case.yaml"), Path(folder, "run")
         file.write_text(json.dumps(case))
-        command = [str(ROOT / "deploy/copepod"), "run", str(file), "--out", str(out)]
+        command = [str(COMMAND), "run", str(file), "--out", str(out)]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode != 0:
             raise Stop(done.returncode, f"a benchmark run failed ({done.stderr.strip()[-500:]}).")

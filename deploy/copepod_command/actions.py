@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from copepod_run import build, packages
-from copepod_run.checkout import ROOT, build_digest
+from copepod_run.checkout import PREFIX, ROOT, build_digest
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.messages import say
 from copepod_run.plan import drawn_case, plan_of
@@ -51,6 +51,16 @@ def report(options: Namespace) -> int:
     choice = Choice(options.x, options.y)
     view = View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
     print(write_report(options.directories, out, drawn_case, view, options.format, choice, options.video))
+    return ExitCode.FINISHED
+
+
+def export(options: Namespace) -> int:
+    """Writes the crate and prints where its description is."""
+    from copepod_report.crate import export as write  # commands start without what others need
+
+    directory = Path(options.directory)
+    folder = Path(options.out or f"{directory.absolute()}.crate")
+    print(write(directory, folder, options.author, options.license))
     return ExitCode.FINISHED
 
 
@@ -101,6 +111,8 @@ def _require_run(directory: Path) -> None:
 
 def validate(options: Namespace) -> int:
     """Runs the matrix, writes the page and prints where it is."""
+    if options.all or not options.out:
+        _require_checkout("name a folder with --out, or validate all" if options.all else "name a folder with --out")
     folder = Path(options.out or ROOT / "docs/results")
     make_folder(folder)
     build.ensure_programs()
@@ -137,8 +149,15 @@ def validate(options: Namespace) -> int:
     return ExitCode.FINISHED
 
 
+def _require_checkout(otherwise: str) -> None:
+    """Raises Stop(2) in an installed package, in which some things have no place."""
+    if PREFIX:
+        raise BadCase(f"this Copepod is an installed package: {otherwise} from a checkout of the source.")
+
+
 def setup(options: Namespace) -> int:
     """Prepares the machine and builds, nothing else; for containers and continuous integration."""
+    _require_checkout("there is nothing to set up")
     if options.ci:
         packages.ensure(packages.BUILD_AND_RUN + packages.CONTINUOUS_INTEGRATION)
     if options.packages_only:
@@ -150,6 +169,7 @@ def setup(options: Namespace) -> int:
 
 def test(options: Namespace) -> int:
     """Exit code of ctest, which writes the summary itself."""
+    _require_checkout("there is no test suite")
     build.ensure_targets()
     jobs = str(len(os.sched_getaffinity(0)) + 1)  # tests of processes spend most of their time waiting
     return subprocess.run(["ctest", "--preset", "release", "-j", jobs, *options.ctest_arguments], cwd=ROOT).returncode

@@ -114,4 +114,4 @@ def _page(name: str, summary: str) -> str:
             text=True,
             check=True,
         )
-    return made.stdout
+    return made.stdout.replace(f"\ncopepod {name} \\-", f"\ncopepod-{name} \\-")  # what `man -k` finds

@@ -76,6 +76,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_campaign(commands)
     _add_report(commands)
+    _add_export(commands)
     _add_watch(commands)
     _add_validate(commands)
     _add_bench(commands)
@@ -276,6 +277,21 @@ def _add_report(commands: _Commands) -> None:
         default="",
     )
     parser.set_defaults(action="copepod_command.actions:report")
+
+
+def _add_export(commands: _Commands) -> None:
+    parser = commands.add_parser(
+        "export",
+        help="a finished run as an RO-Crate, for an archive",
+        epilog=_epilog("export runs/three_sphere --author 'Ada Lovelace' --license CC-BY-4.0"),
+        description="Copies case, provenance, results and report into a folder with checksums and a description that "
+        "machines read (RO-Crate 1.1); `run` of its case.yaml repeats the run. Checkpoints and logs stay behind.",
+    )
+    parser.add_argument("directory", metavar="DIR", help="directory of a finished run")
+    _add(parser, "--author NAME", "who made the run", required=True)
+    _add(parser, "--license LICENSE", "of the exported files: an SPDX identifier or a URL", required=True)
+    _add(parser, "--out FOLDER", "new folder (default: DIR.crate)")
+    parser.set_defaults(action="copepod_command.actions:export")
 
 
 def _add_watch(commands: _Commands) -> None:

@@ -1,4 +1,4 @@
-"""Where things are: this checkout, its build folder, the programs."""
+"""Where things are: this checkout or installed package, its build folder, the programs."""
 
 import hashlib
 import json
@@ -9,31 +9,46 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 
+_PYTHON = Path(__file__).resolve().parent.parent  # the folder of this package and its neighbours
+
+
+def _prefix() -> Path | None:
+    """Where a package was installed, as /usr, with Python's part in lib/python3/dist-packages; None in a checkout."""
+    prefix = _PYTHON.parent.parent.parent
+    return prefix if (prefix / "libexec/copepod").is_dir() else None
+
+
 def _root() -> Path:
-    """The checkout that holds this file, or the one that pip has installed it from."""
-    here = Path(__file__).resolve().parent.parent.parent
-    if (here / "deploy" / "copepod").exists():
-        return here
+    """The checkout that holds this file, or the one that pip has installed it from; shared files of a package."""
+    if (_PYTHON.parent / "deploy" / "copepod").exists():
+        return _PYTHON.parent
+    if PREFIX:
+        return PREFIX / "share/copepod"
     record = metadata.distribution("copepod").read_text("direct_url.json") or "{}"  # PEP 610
     return Path(unquote(urlsplit(json.loads(record).get("url", "")).path))
 
 
+PREFIX = _prefix()
 ROOT = _root()
 BUILD = ROOT / "build"
+COMMAND = PREFIX / "bin/copepod" if PREFIX else ROOT / "deploy/copepod"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
 _OF_ENGINES = ("bullet_body_service", "mujoco_body_service")  # only where the libraries are
 
 
 def version() -> str:
-    """Of this checkout, as «1.0.0»; the build has it from the same place."""
+    """As «2.0.0»; the build has that of a checkout from the same place."""
+    if PREFIX:
+        return metadata.version("copepod")
     found = re.search(r"^project\(copepod VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)
     return found[1] if found else "unknown"
 
 
 def chosen_programs() -> Path | None:
-    """Folder of ready-made programs named by COPEPOD_BIN_DIR, or None; with it nothing is installed or built."""
-    folder = os.environ.get("COPEPOD_BIN_DIR")
-    return Path(folder).resolve() if folder else None
+    """Folder of ready-made programs, of COPEPOD_BIN_DIR or a package; with it nothing is installed or built."""
+    if folder := os.environ.get("COPEPOD_BIN_DIR"):
+        return Path(folder).resolve()
+    return PREFIX / "libexec/copepod" if PREFIX else None
 
 
 def program(name: str) -> Path:
@@ -43,8 +58,8 @@ def program(name: str) -> Path:
 
 def python_path_of_components() -> str:
     """PYTHONPATH with what the user had in it first: a component runs on the kit that it was installed with. That of
-    this checkout, which alone deploy/copepod has left in it, is for components that bring none."""
-    own = (ROOT / "deploy", ROOT / "proto/python", (chosen_programs() or BUILD / "bin").parent / "python")
+    Copepod, which alone its command has left in it, is for components that bring none."""
+    own = (_PYTHON, ROOT / "proto/python", (chosen_programs() or BUILD / "bin").parent / "python")
     variables = ("COPEPOD_USERS_PYTHONPATH", "PYTHONPATH")
     entries = [entry for name in variables for entry in os.environ.get(name, "").split(os.pathsep)]
     return os.pathsep.join(sorted(filter(None, entries), key=lambda entry: Path(entry) in own))
@@ -65,4 +80,4 @@ def build_digest() -> str:
 
 def called_as() -> str:
     """How the user called this command, for messages that suggest what to type next."""
-    return os.environ.get("COPEPOD_CALLED_AS", "deploy/copepod")
+    return os.environ.get("COPEPOD_CALLED_AS", "copepod" if PREFIX else "deploy/copepod")

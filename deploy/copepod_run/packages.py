@@ -11,15 +11,23 @@ from copepod_run.checkout import BUILD
 from copepod_run.errors import BadCase
 from copepod_run.messages import Stage
 
-BUILD_AND_RUN = (
-    *("g++", "cmake", "ninja-build", "ccache", "pkg-config"),
-    *("libopenmpi-dev", "openmpi-bin", "libzmq3-dev", "libxxhash-dev", "cppzmq-dev"),
-    *("libprotobuf-dev", "protobuf-compiler", "libeigen3-dev", "libspdlog-dev", "libgtest-dev"),
-    *("libyaml-cpp-dev", "libcli11-dev", "nlohmann-json3-dev", "libhdf5-openmpi-dev", "libbenchmark-dev"),
-    *("libbullet-dev", "libmujoco-dev"),  # engines of the body service
+# Of the Debian packages of Copepod itself, these are dependencies (cmake/CopepodPackages.cmake).
+KIT = (
+    *("libzmq3-dev", "cppzmq-dev", "libxxhash-dev", "libprotobuf-dev", "libeigen3-dev", "libspdlog-dev"),
+    *("libcli11-dev", "nlohmann-json3-dev"),
+)
+RUN = (
+    "openmpi-bin",
     *("python3-jinja2", "python3-numpy", "python3-matplotlib", "python3-h5py"),  # reports
     *("python3-zmq", "python3-xxhash", "python3-protobuf"),  # components in Python
     "libjs-three",  # moving bodies in pages
+)
+BUILD_AND_RUN = (
+    *("g++", "cmake", "ninja-build", "ccache", "pkg-config"),
+    *("libopenmpi-dev", "protobuf-compiler", "libgtest-dev", "libyaml-cpp-dev", "libhdf5-openmpi-dev"),
+    *("libbenchmark-dev", "libbullet-dev", "libmujoco-dev"),  # the latter are engines of the body service
+    *KIT,
+    *RUN,
 )
 PYTHON = ("python3-pandas", "python3-xarray", "python3-yaml")  # for `import copepod`
 DOCUMENTATION = ("python3-sphinx", "python3-myst-parser", "furo", "python3-breathe", "doxygen", "graphviz")
@@ -30,6 +38,7 @@ CONTINUOUS_INTEGRATION = (
     *("python3-pip", "python3-setuptools", "python3-wheel"),
     *("clang-format", "clang-tidy", "clang", "libclang-rt-dev", "lld", "gcovr"),
     *("help2man", "python3-argcomplete", "man-db", "git", "black", "flake8", "mypy"),
+    *("mmdebstrap", "lintian"),
     *("nodejs", "npm", "chromium", "openssh-server", "iproute2", "slurm-wlm"),
 )
 # Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.

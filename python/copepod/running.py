@@ -21,12 +21,11 @@ from copepod.case import Case
 from copepod.errors import CaseError, CaseWarning, Error, RunError, stops_as_errors
 from copepod.results import Campaign, Run, Sample, TrajectoryReader, load
 from copepod_campaign.check import Check, findings
-from copepod_run.checkout import ROOT
+from copepod_run.checkout import COMMAND
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import RunProcess
 from copepod_run.progress import Event, clock_text
 
-_COMMAND = ROOT / "deploy/copepod"
 _LOOK_EVERY_S = 0.2  # at new samples of the trajectory
 _DRAW_EVERY_S = 0.5
 
@@ -100,10 +99,10 @@ def run(
     for name, value in (("out", out), ("ranks", ranks), ("fluid", fluid), ("body", body), ("restarts", restarts)):
         words += [f"--{name}={value}"] if value else []
     words += ["--resume"] if resume else []
-    if not _COMMAND.exists():
-        raise Error(f"{_COMMAND} does not exist (was the checkout moved?). Install copepod from it again.")
+    if not COMMAND.exists():
+        raise Error(f"{COMMAND} does not exist (was the checkout moved?). Install copepod from it again.")
     with case_file(case) as file:
-        command = [str(_COMMAND), "run", str(file.path), *words]
+        command = [str(COMMAND), "run", str(file.path), *words]
         show = on_progress or (_ignore if quiet else _ProgressLine(file.name))
         return _Conversation(command, file, show, on_sample, quiet).finish()
 
