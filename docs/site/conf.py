@@ -34,7 +34,7 @@ NAVIGATION = {
     "Theory and results": "theory theory_fluid theory_bodies results/README",
     "Your own solver": "adding_a_component protocol site/messages moving_to_a_newer_kit foreign_engines",
     "Reference": "site/python_package site/python_kit site/cpp_kit",
-    "Development": "architecture conventions how_a_key_travels site/decisions CONTRIBUTING SECURITY CHANGELOG",
+    "Development": "architecture conventions how_a_key_travels site/decisions CONTRIBUTING SECURITY versions CHANGELOG",
 }
 
 # Folders that pages link to; all others are shown as text.
