@@ -11,7 +11,7 @@
 
 #include "config/sections/case.hpp"
 #include "observers/observer.hpp"
-#include "storage/csv_file.hpp"
+#include "storage/table_file.hpp"
 
 namespace copepod::coupler {
 

@@ -9,7 +9,7 @@
 #include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
-#include "storage/checksum.hpp"
+#include "storage/table_file.hpp"
 
 namespace copepod::coupler {
 

@@ -21,7 +21,7 @@ namespace {
 void settle_trajectory(std::size_t bodies, OutputCase& output) {
   constexpr std::size_t few = 100;
   if (output.trajectory_format == TrajectoryFormat::by_bodies)
-    output.trajectory_format = bodies > few ? TrajectoryFormat::hdf5 : TrajectoryFormat::csv;
+    output.trajectory_format = bodies > few ? TrajectoryFormat::npy : TrajectoryFormat::csv;
 }
 
 /// The form of older versions.

@@ -10,7 +10,7 @@
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
-#include "storage/csv_file.hpp"
+#include "storage/table_file.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::coupler {

@@ -1,14 +1,21 @@
 #include "observers/trajectory_writer.hpp"
 
 #include <array>
+#include <bit>
+#include <filesystem>
 #include <span>
+#include <string_view>
 #include <utility>
 
-#include "storage/csv_file.hpp"
-#include "storage/hdf5_table.hpp"
+#include <spdlog/fmt/fmt.h>
+
+#include "storage/table_file.hpp"
+#include "system/durable_file.hpp"
 
 namespace copepod::coupler {
 namespace {
+
+static_assert(std::endian::native == std::endian::little, "samples are announced as little-endian");
 
 class CsvTrajectory final : public TrajectoryFile {
  public:
@@ -46,21 +53,15 @@ class CsvTrajectory final : public TrajectoryFile {
   CsvFile file_;
 };
 
-class Hdf5Trajectory final : public TrajectoryFile {
+class NpyTrajectory final : public TrajectoryFile {
  public:
-  Hdf5Trajectory(const std::string& path, const std::vector<std::string>& body_names,
-                 const std::optional<TableEnd>& end)
-      : file_(path,
-              {{"step", Hdf5Column::Kind::whole_number},
-               {"time_s"},
-               {"position_m", Hdf5Column::Kind::real, 3},
-               {"orientation_wxyz", Hdf5Column::Kind::real, 4},
-               {"velocity_m_per_s", Hdf5Column::Kind::real, 3},
-               {"angular_velocity_rad_per_s", Hdf5Column::Kind::real, 3},
-               {"force_N", Hdf5Column::Kind::real, 3},
-               {"torque_N_m", Hdf5Column::Kind::real, 3},
-               {"drive_N", Hdf5Column::Kind::real, 3}},
-              "body", body_names, end) {}
+  NpyTrajectory(const std::string& path, const std::vector<std::string>& body_names, const std::optional<TableEnd>& end)
+      : file_(path, type_of_sample(body_names.size()),
+              sizeof(std::int64_t) + (1 + numbers * body_names.size()) * sizeof(double), end) {
+    std::string lines;
+    for (const std::string& name : body_names) lines += name + '\n';
+    write_durably(names_of(path), lines);
+  }
 
   void add(const StepRecord& record, double time_s) override {
     const Kinematics& state = record.kinematics;
@@ -75,12 +76,29 @@ class Hdf5Trajectory final : public TrajectoryFile {
   TableFile& table() override { return file_; }
 
  private:
-  Hdf5Table file_;
+  static constexpr std::size_t numbers = 22;  ///< of a body in a sample
+
+  /// A structured type of NumPy: step, time, and an array of shape (bodies, components) for each quantity.
+  static std::string type_of_sample(std::size_t bodies) {
+    std::string type = "[('step', '<i8'), ('time_s', '<f8')";
+    for (const char* quantity : {"position_m", "orientation_wxyz", "velocity_m_per_s", "angular_velocity_rad_per_s",
+                                 "force_N", "torque_N_m", "drive_N"}) {
+      const char* components = std::string_view(quantity) == "orientation_wxyz" ? "4" : "3";
+      type += fmt::format(", ('{}', '<f8', ({}, {}))", quantity, bodies, components);
+    }
+    return type + "]";
+  }
+
+  static std::string names_of(const std::filesystem::path& path) {
+    return path.parent_path() / (path.stem().string() + "_names.txt");
+  }
+
+  NpyFile file_;
 };
 
 std::unique_ptr<TrajectoryFile> make_file(const std::string& path, const std::vector<std::string>& body_names,
                                           const std::optional<TableEnd>& end) {
-  if (path.ends_with(hdf5_suffix)) return std::make_unique<Hdf5Trajectory>(path, body_names, end);
+  if (path.ends_with(".npy")) return std::make_unique<NpyTrajectory>(path, body_names, end);
   return std::make_unique<CsvTrajectory>(path, body_names, end);
 }
 

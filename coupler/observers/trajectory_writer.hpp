@@ -8,7 +8,7 @@
 
 #include "contract/fluid_setup.hpp"
 #include "observers/observer.hpp"
-#include "storage/checksum.hpp"
+#include "storage/table_file.hpp"
 
 namespace copepod::coupler {
 
@@ -24,15 +24,15 @@ class TrajectoryFile {
   virtual TableFile& table() = 0;
 };
 
-/// Writes trajectory.csv or trajectory.h5: position, orientation (w, x, y, z), velocity and angular velocity of every
+/// Writes trajectory.csv or trajectory.npy: position, orientation (w, x, y, z), velocity and angular velocity of every
 /// body, the hydrodynamic force and torque that were applied (after averaging), and the driving force at the start of
 /// the step, with the same numbers in either form.
 ///
 /// trajectory.csv has one row per body and sample, doubles as the shortest text that reads back to the same bits;
-/// trajectory.h5 has a dataset of shape (samples, bodies, components) for each quantity, and `step`, `time_s`, `body`.
-/// There is a sample for every `every_steps`-th step, for the first and for the last; that of the last step holds the
-/// state at the end of the run and the loads of the step that led there. Positions are not folded back into the
-/// periodic domain.
+/// trajectory.npy is an array of samples, each with `step`, `time_s` and an array (bodies, components) for each
+/// quantity; trajectory_names.txt has the names of the bodies. There is a sample for every `every_steps`-th step, for
+/// the first and for the last; that of the last step holds the state at the end of the run and the loads of the step
+/// that led there. Positions are not folded back into the periodic domain.
 class TrajectoryWriter final : public Observer {
  public:
   /// @param path         its suffix decides the form
@@ -60,7 +60,7 @@ class TrajectoryWriter final : public Observer {
   std::unique_ptr<TrajectoryFile> file_;
 };
 
-/// Writes obstacles.csv or obstacles.h5: the loads on obstacles that ask for them, as a trajectory of bodies at rest.
+/// Writes obstacles.csv or obstacles.npy: the loads on obstacles that ask for them, as a trajectory of bodies at rest.
 class ObstacleWriter final : public Observer {
  public:
   /// @param obstacles  those with loads

@@ -27,7 +27,7 @@ std::filesystem::path trajectory_of(const LoadedCase& loaded, const RunDirectory
                                     const CouplerState* resumed) {
   const bool is_csv = resumed != nullptr ? resumed->tables.contains(directory.trajectory_csv().filename().string())
                                          : loaded.content.output.trajectory_format == TrajectoryFormat::csv;
-  return is_csv ? directory.trajectory_csv() : directory.trajectory_hdf5();
+  return is_csv ? directory.trajectory_csv() : directory.trajectory_npy();
 }
 
 /// Of bodies or obstacles.

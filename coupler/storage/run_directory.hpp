@@ -22,7 +22,7 @@ class RunDirectory {
   [[nodiscard]] std::filesystem::path resolved_case() const { return root_ / "case.yaml"; }
   [[nodiscard]] std::filesystem::path provenance() const { return root_ / "provenance.json"; }
   [[nodiscard]] std::filesystem::path trajectory_csv() const { return root_ / "trajectory.csv"; }
-  [[nodiscard]] std::filesystem::path trajectory_hdf5() const { return root_ / "trajectory.h5"; }
+  [[nodiscard]] std::filesystem::path trajectory_npy() const { return root_ / "trajectory.npy"; }
   /// @param suffix  that of the trajectory
   [[nodiscard]] std::filesystem::path obstacles(const std::filesystem::path& suffix) const {
     return (root_ / "obstacles").replace_extension(suffix);

@@ -3,14 +3,15 @@
 https://w3id.org/ro/crate/1.1; the run is a CreateAction, as in the Process Run Crate profile.
 """
 
-import csv
 import hashlib
 import json
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from copepod_report.run_status import state_of
 from copepod_run.errors import BadCase
@@ -31,9 +32,14 @@ _CONTENT = {
     "provenance.json": ("programs, versions, host, times and command line", "application/json"),
     "summary.json": ("figures and the digest of the final state", "application/json"),
     "trajectory.csv": ("position, orientation, velocities, loads and drive of every body over time", "text/csv"),
-    "trajectory.h5": ("the same as datasets of shape (samples, bodies, components)", "application/x-hdf5"),
+    "trajectory.npy": (
+        "the same as an array of NumPy, a field of shape (bodies, components) each",
+        "application/x-npy",
+    ),
+    "trajectory_names.txt": ("names of its bodies", "text/plain"),
     "obstacles.csv": ("loads on obstacles over time", "text/csv"),
-    "obstacles.h5": ("the same as datasets of shape (samples, bodies, components)", "application/x-hdf5"),
+    "obstacles.npy": ("the same as an array of NumPy, a field of shape (bodies, components) each", "application/x-npy"),
+    "obstacles_names.txt": ("names of the obstacles", "text/plain"),
     "cycles.csv": ("velocity, rotation, arms and power of every swimmer in each cycle", "text/csv"),
     "bodies.pvd": ("surfaces of the bodies over time, for ParaView", "application/xml"),
     "bodies": ("the surfaces of each sample", ""),
@@ -87,7 +93,9 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
     """The entities of the description: crate, files, run, software and measured quantities."""
     provenance, summary = (read_object(folder / f"{name}.json") for name in ("provenance", "summary"))
     files = [_file(folder, name, sums) for name in _CONTENT if (folder / name).exists()]
-    columns = [column for name in ("trajectory.csv", "cycles.csv") for column in _columns(folder / name)]
+    columns = [
+        column for name in ("trajectory.csv", "trajectory.npy", "cycles.csv") for column in _columns(folder / name)
+    ]
     digest = {"@id": "#digest", "@type": "PropertyValue", "name": "digest", "value": summary["digest"]}
     license_url = license_of_data if "://" in license_of_data else f"https://spdx.org/licenses/{license_of_data}"
     writer = {"@id": "#author", "@type": "Person", "name": author}
@@ -148,12 +156,15 @@ def _file(folder: Path, name: str, sums: dict[str, str]) -> dict[str, Any]:
 
 def _columns(table: Path) -> Iterator[dict[str, Any]]:
     """Quantities of a table, each with the unit in its name."""
-    if table.is_file():
-        with open(table, newline="") as file:
-            for column in next(csv.reader(file)):
-                name, unit = quantity_of(column)
-                entity = {"@id": f"#{table.stem}.{column}", "@type": "PropertyValue", "name": f"{name} ({table.name})"}
-                yield {**entity, "propertyID": column, **({"unitText": unit} if unit else {})}
+    names: Iterable[str] = ()
+    if table.is_file() and table.suffix == ".npy":
+        names = np.load(table, mmap_mode="r").dtype.names or ()
+    elif table.is_file():
+        names = table.read_text().partition("\n")[0].split(",")
+    for column in names:
+        name, unit = quantity_of(column)
+        entity = {"@id": f"#{table.stem}.{column}", "@type": "PropertyValue", "name": f"{name} ({table.name})"}
+        yield {**entity, "propertyID": column, **({"unitText": unit} if unit else {})}
 
 
 def _references(entities: list[dict[str, Any]]) -> list[dict[str, str]]:

@@ -1,10 +1,10 @@
-"""trajectory.csv and trajectory.h5 as arrays, whole or as they grow. The only place that reads them."""
+"""trajectory.csv and trajectory.npy as arrays, whole or as they grow. The only place that reads them."""
 
 import csv
 import itertools
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,8 @@ _VECTORS = {
     "torque_N_m": ("tx_N_m", "ty_N_m", "tz_N_m"),
     "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N"),
 }
-_DATASETS = {quantity: quantity for quantity in _VECTORS} | {"driving_N": "drive_N"}  # of trajectory.h5
-_SUFFIX = ".h5"
+_FIELDS = {quantity: quantity for quantity in _VECTORS} | {"driving_N": "drive_N"}  # of trajectory.npy
+_SUFFIX = ".npy"
 _MOST_VALUES = 100_000_000  # of a quantity that is read whole for the sake of one body
 _TRACE_BYTES = 64  # before our place in a file, to see whether it is still the same file
 
@@ -99,8 +99,9 @@ class _Csv:
         return list(names) if is_complete else []
 
 
-class _Hdf5:
-    """Quantities are read once they are asked for; the file may grow meanwhile."""
+class _Npy:
+    """An array of samples; quantities are read once they are asked for, and the file may grow meanwhile. It is not
+    mapped into memory: a run that is resumed cuts it, which would end this process."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -108,46 +109,39 @@ class _Hdf5:
         self._count = 0
 
     def look(self, is_last: bool) -> tuple[np.ndarray, Callable[[int], _Read]]:
-        with self._opened() as file:
-            steps = file["step"][:]
-            if len(steps) < self._count:
-                raise _Replaced
-            self.bodies = self.bodies or [name.decode() for name in file["body"][:]]
-        first, self._count = self._count, len(steps)
-        return steps[first:], lambda number: partial(self._sample, first + number)
+        with open(self.path, "rb") as file:
+            np.lib.format.read_magic(file)
+            (count,), _, self._type = np.lib.format.read_array_header_1_0(file)
+            self._first = file.tell()
+            count = min(count, (os.fstat(file.fileno()).st_size - self._first) // self._type.itemsize)
+        if count < self._count:
+            raise _Replaced
+        if not self.bodies:
+            self.bodies = self.path.with_name(f"{self.path.stem}_names.txt").read_text().splitlines()
+        first, self._count = self._count, count
+        return self._values("step", range(first, count)), lambda number: partial(self._sample, first + number)
 
     def read(self, quantity: str, samples: Any = None, body: Any = slice(None)) -> np.ndarray:
-        with self._opened() as file:
-            values = file[_DATASETS[quantity]]
-            if samples is not None:
-                return np.array([values[sample] for sample in samples]).reshape(-1, *values.shape[1:])
-            return np.asarray(values[: self._count, body])
+        return self._values(_FIELDS[quantity], range(self._count) if samples is None else samples)[:, body]
 
     def times_s(self) -> np.ndarray:
-        with self._opened() as file:
-            return np.asarray(file["time_s"][: self._count])
+        return self._values("time_s", range(self._count))
 
     def _sample(self, number: int) -> np.ndarray:
-        with self._opened() as file:
-            time_s = np.full((len(self.bodies), 1), file["time_s"][number])
-            return np.hstack([time_s, *(file[_DATASETS[quantity]][number] for quantity in _VECTORS)])
+        time_s = np.full((len(self.bodies), 1), self._values("time_s", [number]))
+        return np.hstack([time_s, *(self.read(quantity, [number])[0] for quantity in _VECTORS)])
 
-    def _opened(self) -> Any:
-        """A run that writes at this moment may have made the file longer than HDF5 found it a moment before."""
-        import h5py  # which trajectory.csv does not need
-
-        for _ in range(20):
-            try:
-                return h5py.File(self.path, "r", locking=False)
-            except FileNotFoundError:
-                raise
-            except OSError:
-                time.sleep(0.01)
-        return h5py.File(self.path, "r", locking=False)
+    def _values(self, field: str, samples: Iterable[int]) -> np.ndarray:
+        """Of a field in these samples, shape (samples, …)."""
+        kind, place = self._type.fields[field][:2]
+        with open(self.path, "rb") as file:
+            starts = (self._first + place + int(sample) * self._type.itemsize for sample in samples)
+            content = b"".join(os.pread(file.fileno(), kind.itemsize, start) for start in starts)
+        return np.frombuffer(content, kind.base).reshape(-1, *kind.shape)
 
 
-def _form_of(path: Path) -> _Csv | _Hdf5:
-    return _Hdf5(path) if path.suffix == _SUFFIX else _Csv(path)
+def _form_of(path: Path) -> _Csv | _Npy:
+    return _Npy(path) if path.suffix == _SUFFIX else _Csv(path)
 
 
 class Trajectory:
@@ -161,7 +155,7 @@ class Trajectory:
 
     def __init__(self, path: Path, may_be_empty: bool = False) -> None:
         """Reads the file, or that of a run directory; an incomplete last sample (of a run that was killed, or
-        continues) is left out. Of trajectory.h5 it reads a quantity once it is asked for.
+        continues) is left out. Of trajectory.npy it reads a quantity once it is asked for.
 
         Raises OSError, ValueError or KeyError if it does not hold such a table, with at least one sample unless
         `may_be_empty`.

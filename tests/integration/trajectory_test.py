@@ -1,4 +1,4 @@
-"""trajectory.h5 beside trajectory.csv: the same numbers, while a run writes, once it was killed, on a full disk."""
+"""trajectory.npy beside trajectory.csv: the same numbers, while a run writes, once it was killed, on a full disk."""
 
 import importlib.util
 import os
@@ -9,7 +9,6 @@ import subprocess
 import sys
 import unittest
 
-import h5py
 import numpy as np
 
 from copepod_session import COMMAND, PROGRAMS, ROOT, WholeRunTest, wait_until
@@ -21,7 +20,7 @@ from copepod_run.plan import drawn_case
 from copepod_watch.follower import TrajectoryFollower
 
 VACUUM = ROOT / "configs/quick/vacuum.yaml"
-HDF5 = "output.trajectory.format=hdf5"
+NPY = "output.trajectory.format=npy"
 SWARM = """
 case: swarm
 fluid: {solver: vacuum, cell_size_m: 1.0e-6}
@@ -44,9 +43,9 @@ output: {trajectory: {every_steps: 20}, bodies: {every_steps: 0}}
 
 
 def content_of(path):
-    """Every dataset, as any program sees it."""
-    with h5py.File(path) as file:
-        return {name: file[name][:] for name in file}
+    """Every field, as any program sees it."""
+    samples = np.load(path)
+    return {name: samples[name] for name in samples.dtype.names}
 
 
 class TrajectoryTest(WholeRunTest):
@@ -61,25 +60,19 @@ class TrajectoryTest(WholeRunTest):
 
     def test_many_bodies_have_datasets_with_the_numbers_of_the_table(self):
         compact, text = self.run_of_swarm(), self.run_of_swarm("output.trajectory.format=csv")
-        self.assertEqual((trajectory_in(compact).name, trajectory_in(text).name), ("trajectory.h5", "trajectory.csv"))
-        for directory, form in ((compact, "hdf5"), (text, "csv")):
+        self.assertEqual((trajectory_in(compact).name, trajectory_in(text).name), ("trajectory.npy", "trajectory.csv"))
+        for directory, form in ((compact, "npy"), (text, "csv")):
             self.assertEqual(drawn_case(directory / "case.yaml")["output"]["trajectory"]["format"], form)
         one, other = Trajectory(compact), Trajectory(text)
         self.assertEqual(one.bodies, other.bodies)
         self.assertEqual((one.bodies[0], len(one.bodies), len(one)), ("swimmer_01.B2", 120, 101))
         np.testing.assert_array_equal(one.columns(), other.columns())
-        with h5py.File(compact / "trajectory.h5") as file:
-            self.assertEqual(file["orientation_wxyz"].shape, (101, 120, 4))
-            self.assertEqual(file["orientation_wxyz"].chunks[1:], (120, 4))
-            np.testing.assert_array_equal(file["step"], other.steps)
-            np.testing.assert_array_equal(file["time_s"], other.time_s)
-            np.testing.assert_array_equal(file["drive_N"][7:9, 5], other.of(other.bodies[5])["driving_N"][7:9])
-            for dataset in file.values():  # the index of each leads to chunks inside the file
-                chunks = (
-                    [dataset.id.get_chunk_info(n) for n in range(dataset.id.get_num_chunks())] if dataset.chunks else []
-                )
-                size = (compact / "trajectory.h5").stat().st_size
-                self.assertTrue(all(chunk.byte_offset + chunk.size <= size for chunk in chunks))
+        samples = np.load(compact / "trajectory.npy", mmap_mode="r")
+        self.assertEqual(samples["orientation_wxyz"].shape, (101, 120, 4))
+        np.testing.assert_array_equal(samples["step"], other.steps)
+        np.testing.assert_array_equal(samples["time_s"], other.time_s)
+        np.testing.assert_array_equal(samples["drive_N"][7:9, 5], other.of(other.bodies[5])["driving_N"][7:9])
+        np.testing.assert_array_equal(one.some_of("force_N", np.array([3, 5])), other.all_of("force_N")[[3, 5]])
 
     def test_report_of_a_swarm_is_that_of_its_table(self):
         compact, text = self.run_of_swarm(), self.run_of_swarm("output.trajectory.format=csv")
@@ -101,11 +94,11 @@ class TrajectoryTest(WholeRunTest):
         self.assertEqual(*motions)
 
     def test_killed_run_leaves_a_readable_file_and_resumes_to_the_same_one(self):
-        settings = ["run.steps=400000", "output.trajectory.every_steps=20", "output.bodies.every_steps=0", HDF5]
+        settings = ["run.steps=400000", "output.trajectory.every_steps=20", "output.bodies.every_steps=0", NPY]
         words = [word for setting in settings for word in ("--set", setting)]
         words += ["--set", "output.checkpoint.every_steps=3000"]
         session = self.start("run", VACUUM, "--out", "out", *words)
-        path = self.folder / "out/trajectory.h5"
+        path = self.folder / "out/trajectory.npy"
         growing, follower = GrowingTrajectory(path.parent), TrajectoryFollower(path.parent)
         seen = []
 
@@ -125,8 +118,7 @@ class TrajectoryTest(WholeRunTest):
         steps = 20 * count + 2000
         self.finish("run", VACUUM, "--out", "out", *words, "--set", f"run.steps={steps}", "--resume")
         self.finish("run", VACUUM, "--out", "whole", *words, "--set", f"run.steps={steps}")
-        # Not byte by byte: behind the last sample of a chunk may lie what the killed run had written further on.
-        resumed, whole = content_of(path), content_of(self.folder / "whole/trajectory.h5")
+        resumed, whole = content_of(path), content_of(self.folder / "whole/trajectory.npy")
         self.assertEqual(resumed.keys(), whole.keys())
         for name, values in resumed.items():
             np.testing.assert_array_equal(values, whole[name], name)
@@ -137,7 +129,7 @@ class TrajectoryTest(WholeRunTest):
 
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "mounts a file system")
     def test_full_disk_is_named(self):
-        words = [f"--set={word}" for word in (HDF5, "output.trajectory.every_steps=1", "output.bodies.every_steps=0")]
+        words = [f"--set={word}" for word in (NPY, "output.trajectory.every_steps=1", "output.bodies.every_steps=0")]
         mount = f"mount -t tmpfs -o size=3m none {self.folder}"
         run = [COMMAND, "run", VACUUM, "--out", self.folder / "out", *words]
         answer = subprocess.run(
@@ -148,14 +140,14 @@ class TrajectoryTest(WholeRunTest):
             text=True,
         )
         self.assertEqual(answer.returncode, 73, answer.stderr)
-        self.assertIn("trajectory.h5 cannot be written (No space left on device)", answer.stderr.splitlines()[-1])
+        self.assertIn("trajectory.npy cannot be written (No space left on device)", answer.stderr.splitlines()[-1])
 
     @unittest.skipIf(importlib.util.find_spec("pandas") is None, "pandas is not installed")
     def test_python_package_reads_either_form(self):
         sys.path.insert(0, str(ROOT / "python"))  # before the generated modules, which are in a package of this name
         import copepod
 
-        runs = [copepod.load(self.run_of(VACUUM, f"output.trajectory.format={form}")) for form in ("hdf5", "csv")]
+        runs = [copepod.load(self.run_of(VACUUM, f"output.trajectory.format={form}")) for form in ("npy", "csv")]
         self.assertTrue(runs[0].trajectory.equals(runs[1].trajectory))
         samples = [list(copepod.follow(run)) for run in runs]
         self.assertEqual([sample.step for sample in samples[0]], [sample.step for sample in samples[1]])

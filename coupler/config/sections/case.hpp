@@ -174,7 +174,7 @@ struct ContactCase {
   std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of setups.hpp
 };
 
-enum class TrajectoryFormat { by_bodies, csv, hdf5 };
+enum class TrajectoryFormat { by_bodies, csv, npy };
 
 struct OutputCase {
   OutputCase() { fields.mean_every_steps = 10; }
@@ -270,7 +270,7 @@ inline constexpr auto averaging_names = words<LoadAveraging>("none", "two_step")
 
 enum class SchemeKind { serial_explicit };
 inline constexpr auto scheme_names = words<SchemeKind>("serial_explicit");
-inline constexpr auto trajectory_format_names = words<TrajectoryFormat>("auto", "csv", "hdf5");
+inline constexpr auto trajectory_format_names = words<TrajectoryFormat>("auto", "csv", "npy");
 
 inline constexpr std::array axis_names{"x", "y", "z"};
 

@@ -145,14 +145,14 @@ void settle_hosts(Reader& reader, ServicesCase& services) {
 }  // namespace
 
 void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
-  keys.section("trajectory", "trajectory.csv or trajectory.h5.", [&](Keys& trajectory) {
+  keys.section("trajectory", "trajectory.csv or trajectory.npy.", [&](Keys& trajectory) {
     trajectory.integer("every_steps", output.trajectory_every_steps, Range::not_negative,
                        "Steps between samples; 0: only first and last step.");
     trajectory.integer("from_step", output.trajectory_from_step, Range::not_negative,
                        "No samples before this step, except the first.");
     trajectory.choice("format", output.trajectory_format, trajectory_format_names,
-                      "csv: text, a row per body and sample; hdf5: a dataset per quantity, readable while the run "
-                      "writes it; auto: csv up to 100 bodies. A resumed run keeps the form that it has.");
+                      "csv: text, a row per body and sample; npy: an array of NumPy, with a field per quantity; auto: "
+                      "csv up to 100 bodies. A resumed run keeps the form that it has.");
   });
   if (keys.reader() != nullptr)
     output.bodies_every_steps = usual_steps_between_frames(steps, output.trajectory_every_steps);

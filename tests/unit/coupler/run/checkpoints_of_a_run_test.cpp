@@ -55,8 +55,8 @@ class CrashedProgram : public Program {
 
 TEST_F(CrashedProgram, ResumesBitForBit) { expect_the_same_after_crashes({}); }
 
-TEST_F(CrashedProgram, ResumesBitForBitWithATrajectoryInHdf5) {
-  expect_the_same_after_crashes({"--set", "output.trajectory.format=hdf5"}, "trajectory.h5");
+TEST_F(CrashedProgram, ResumesBitForBitWithATrajectoryAsAnArray) {
+  expect_the_same_after_crashes({"--set", "output.trajectory.format=npy"}, "trajectory.npy");
   EXPECT_FALSE(std::filesystem::exists(out_dir / "trajectory.csv"));
 }
 

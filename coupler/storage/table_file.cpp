@@ -1,0 +1,118 @@
+#include "storage/table_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <fstream>
+#include <unistd.h>
+#include <utility>
+
+#include "contract/errors.hpp"
+#include "system/durable_file.hpp"
+
+namespace copepod::coupler {
+namespace {
+
+constexpr const char* npy_suffix = ".npy";
+
+std::uint64_t head_of(const std::string& path) { return path.ends_with(npy_suffix) ? NpyFile::head_bytes : 0; }
+
+}  // namespace
+
+TableFile::TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head)
+    : path_(std::move(path)), head_(head) {
+  if (end) {
+    if (const std::string damage = find_damage(path_, *end); !damage.empty())
+      throw StorageError(damage + " (the run cannot continue it). Restore the file, or start a new run.");
+    bytes_ = end->bytes;
+    checksum_ = checksum_of_start(path_, bytes_, head_);
+  }
+  file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (file_ < 0) fail("Choose another --out folder.");
+  const std::uint64_t kept = end ? head_ + bytes_ : 0;
+  if (::ftruncate(file_, static_cast<off_t>(kept)) != 0 && kept > 0)  // 0: a device, for tests
+    fail("Free space on that disk and run again.");
+}
+
+TableFile::~TableFile() {
+  try {
+    TableFile::flush();
+  } catch (const Error&) {
+    // The run is failing already; whole rows written before stay as they are.
+  }
+  ::close(file_);
+}
+
+void TableFile::flush() {
+  write(head_ + bytes_, buffer_);
+  checksum_.add(buffer_);
+  bytes_ += buffer_.size();
+  buffer_.clear();
+  flushed_ = Clock::now();
+}
+
+TableEnd TableFile::sync() {
+  flush();
+  ::fsync(file_);
+  return {bytes_, checksum_.value()};
+}
+
+void TableFile::end_row() {
+  constexpr std::size_t most_buffered = std::size_t{1} << 20;
+  if (buffer_.size() > most_buffered || Clock::now() - flushed_ >= std::chrono::seconds(1)) flush();
+}
+
+void TableFile::write(std::uint64_t position, std::string_view bytes) {
+  if (!write_all(file_, position, std::as_bytes(std::span(bytes)))) fail("Free space on that disk and run again.");
+}
+
+void TableFile::fail(const std::string& remedy) const {
+  throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " + remedy_for(errno, remedy));
+}
+
+NpyFile::NpyFile(const std::string& path, std::string type, std::uint64_t sample_bytes,
+                 const std::optional<TableEnd>& end)
+    : TableFile(path, end, head_bytes), type_(std::move(type)), sample_bytes_(sample_bytes) {
+  std::string found(start_of_head().size(), '\0');
+  if (end && (!std::ifstream(path, std::ios::binary).read(found.data(), static_cast<std::streamsize>(found.size())) ||
+              found != start_of_head()))
+    throw StorageError(path +
+                       " is of other bodies (the run cannot continue it). Restore the file, or start a new run.");
+  flush();
+}
+
+NpyFile::~NpyFile() {
+  try {
+    flush();
+  } catch (const Error&) {
+    // as in ~TableFile
+  }
+}
+
+void NpyFile::add(std::span<const std::span<const std::byte>> values) {
+  for (const auto& field : values) append({reinterpret_cast<const char*>(field.data()), field.size()});
+  end_row();
+}
+
+void NpyFile::flush() {
+  TableFile::flush();
+  std::string head = start_of_head() + std::to_string(bytes() / sample_bytes_) + ",), }";
+  head.resize(head_bytes - 1, ' ');
+  write(0, head + '\n');
+}
+
+std::string NpyFile::start_of_head() const {
+  constexpr std::uint64_t before_text = 10;
+  constexpr std::uint64_t text = head_bytes - before_text;
+  std::string head = "\x93NUMPY\x01";
+  for (const std::uint64_t byte : {std::uint64_t{0}, text & 0xff, text >> 8}) head += static_cast<char>(byte);
+  return head + "{'descr': " + type_ + ", 'fortran_order': False, 'shape': (";
+}
+
+std::string find_damage(const std::string& path, const TableEnd& end) try {
+  return checksum_of_start(path, end.bytes, head_of(path)).value() == end.checksum ? "" : path + " has changed";
+} catch (const StorageError&) {
+  return path + " lacks rows that it had";
+}
+
+}  // namespace copepod::coupler
