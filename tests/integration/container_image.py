@@ -1,3 +1,4 @@
+#!/usr/bin/python3
 """A Containerfile carried out without a container runtime: its stages as folders, its steps with chroot.
 
     container_image.py CONTAINERFILE CONTEXT FOLDER

@@ -120,17 +120,20 @@ class SimulationTest(unittest.TestCase):
             sim.step(5)
             self.assertEqual(sim.steps, 15)
 
-    def test_the_example_in_c(self):
-        with tempfile.TemporaryDirectory() as folder:
-            program = f"{folder}/steer"
-            flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{ROOT}/in_process"]
-            link = [f"-L{PROGRAMS}", f"-Wl,-rpath,{PROGRAMS}", "-lcopepod", "-o", program]
-            subprocess.run(["cc", *flags, ROOT / "examples/c/steer.c", *link], check=True)
-            ended = subprocess.run([program, STROKE], capture_output=True, text=True, check=True)
-            self.assertRegex(ended.stdout, r"cycle 1: \+0\.137\d um")
-            ended = subprocess.run([program, "missing.yaml"], capture_output=True, text=True)
-            self.assertEqual(ended.returncode, 2)
-            self.assertIn("missing.yaml", ended.stderr)
+    def test_the_examples_in_c_and_fortran(self):
+        warn = ("-Wall", "-Wextra", "-Werror", "-fsanitize=address")
+        for command, example in (
+            (("cc", "-std=c99", "-Wpedantic", f"-I{ROOT}/in_process"), "c/steer.c"),
+            (("gfortran", "-std=f2018"), "fortran/steer.f90"),
+        ):
+            with self.subTest(example), tempfile.TemporaryDirectory() as folder:
+                link = [f"-L{PROGRAMS}", f"-Wl,-rpath,{PROGRAMS}", "-lcopepod", "-o", "steer"]
+                subprocess.run([*command, *warn, ROOT / "examples" / example, *link], cwd=folder, check=True)
+                ended = subprocess.run([f"{folder}/steer", STROKE], capture_output=True, text=True, check=True)
+                self.assertRegex(ended.stdout, r"cycle 1: \+0?\.137\d um")
+                ended = subprocess.run([f"{folder}/steer", "missing.yaml"], capture_output=True, text=True)
+                self.assertEqual(ended.returncode, 2)
+                self.assertIn("missing.yaml", ended.stderr)
 
     def test_only_its_functions_are_visible(self):
         ended = subprocess.run(
