@@ -15,7 +15,7 @@ from typing import Any
 
 from copepod_command.parser import make_parser
 from copepod_run import packages
-from copepod_run.checkout import ROOT, version
+from copepod_run.checkout import PREFIX, ROOT, version
 from copepod_run.errors import BadCase, ExitCode
 from copepod_run.messages import is_utf8
 from copepod_run.run_directory import make_folder
@@ -24,7 +24,7 @@ _SCHEMA = ROOT / "configs" / "schema" / "case.schema.json"
 _WITH_A_PARSER = {"conformance": "copepod_conformance.__main__", "recording": "copepod_recording.__main__"}
 # Every example is a paragraph of its own in a manual page.
 _PROGRAM = """#!/bin/sh
-{python} -P -m copepod_command "$@" | sed 's/^  copepod .*/&\\n/'
+{python} -P -m copepod_command "$@" | sed -e 's/^  copepod .*/&\\n/' -e 's/^usage:/Usage:/'
 """
 
 
@@ -77,7 +77,8 @@ def _one_of(schema: dict[str, Any], keyword: str) -> dict[str, Any]:
 
 def manual(options: Namespace) -> int:
     """Shows a page in the reader's pager, or writes all of them."""
-    packages.require(("help2man", "man-db"), "they are needed for nothing else")
+    needed = ("help2man",) if options.out else ("man-db",) if PREFIX else ("help2man", "man-db")
+    packages.require(needed, "they are needed for nothing else")
     lines = {action.dest: action.help or "" for action in _commands(make_parser())._choices_actions}
     summaries = {"": "couples fluids and rigid bodies", **lines}
     if options.page and options.page not in summaries:
@@ -90,6 +91,8 @@ def manual(options: Namespace) -> int:
         print(f"{len(summaries)} pages in {options.out}")
         return ExitCode.FINISHED
     name = options.page or ""
+    if PREFIX:
+        return subprocess.run(["man", f"copepod-{name}".rstrip("-")]).returncode
     environment = {**os.environ, "LC_ALL": "C.UTF-8"} if is_utf8(sys.stdout) else None
     return subprocess.run(
         ["man", "-l", "-"], input=_page(name, summaries[name]), text=True, stdout=sys.stdout, env=environment
@@ -114,4 +117,7 @@ def _page(name: str, summary: str) -> str:
             text=True,
             check=True,
         )
-    return made.stdout.replace(f"\ncopepod {name} \\-", f"\ncopepod-{name} \\-")  # what `man -k` finds
+    if not name:
+        return made.stdout
+    text = made.stdout.replace(".TH COPEPOD ", f".TH COPEPOD-{name.upper()} ", 1)
+    return text.replace(f"\ncopepod {name} \\-", f"\ncopepod-{name} \\-")  # what `man -k` finds

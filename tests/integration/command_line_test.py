@@ -90,6 +90,7 @@ class CommandLine(TinyRunTest):
         self.assertEqual(set(pages), {"copepod.1", *(f"copepod-{command}.1" for command in commands)})
         self.assertIn("\\-\\-resume", pages["copepod-run.1"])
         self.assertIn("copepod run configs/quick/three_sphere.yaml", pages["copepod-run.1"])
+        self.assertIn("\ncopepod-run \\- ", pages["copepod-run.1"])
         shown, _ = self.ended("man", "run", environment=[("MANPAGER", "cat"), ("PATH", os.environ["PATH"])])
         self.assertIn("--resume", shown.replace("\u2010", "-"))
         for environment in (
