@@ -63,7 +63,8 @@ class Export(CommandTest):
         (self.folder / "empty").mkdir()
         self.assertIn("never replaces", self.refused("run", *WHO))
         self.assertIn("not a run", self.refused("empty", *WHO))
-        (self.folder / "run/summary.json").unlink()
+        provenance = self.folder / "run/provenance.json"
+        provenance.write_text(provenance.read_text().replace('"status": "finished"', '"status": "failed"'))
         self.assertIn("has not finished", self.refused("run", *WHO, "--out", "elsewhere"))
         self.assertEqual([path.name for path in self.folder.glob("elsewhere*")], [])
         self.assertIn("--author", self.refused("run"))

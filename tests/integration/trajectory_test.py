@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import unittest
+from unittest import mock
 
 import numpy as np
 
@@ -126,6 +127,21 @@ class TrajectoryTest(WholeRunTest):
         for _ in growing.look():
             pass
         self.assertEqual(growing.count, steps // 20 + 1)
+
+    def test_a_file_that_a_resumed_run_cuts_is_read_anew(self):
+        directory = self.run_of(VACUUM, "run.steps=800", "output.trajectory.every_steps=10", NPY)
+        path = directory / "trajectory.npy"
+        whole, bytes_of_sample = path.read_bytes(), np.load(path).dtype.itemsize
+        growing = GrowingTrajectory(directory)
+        self.assertEqual(len(list(growing.look())), 81)
+        path.write_bytes(whole[: 1024 + 50 * bytes_of_sample + 3])  # the head still announces all of them
+        self.assertEqual([step for step, _ in growing.look()], list(range(0, 500, 10)))
+        self.assertEqual(len(Trajectory(directory)), 50)
+        path.write_bytes(whole)
+        self.assertEqual([step for step, _ in growing.look()], list(range(500, 801, 10)))
+        with mock.patch("copepod_report.trajectory._MOST_VALUES", 0):  # of a quantity that is read whole
+            one = Trajectory(directory).of_one("position_m", 1)
+        np.testing.assert_array_equal(one, np.load(path)["position_m"][:, 1])
 
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "mounts a file system")
     def test_full_disk_is_named(self):
