@@ -16,6 +16,7 @@ import math
 import os
 import shutil
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,7 @@ POISSON = 2 / 7  # ratio of the tangential to the normal stiffness
 
 
 def load_yade():
-    """Yade, its quaternions and its one scene. Takes seconds in which this process answers nothing."""
+    """Yade, its quaternions and its one scene. While its library loads, no thread of Python can answer a ping."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     sys.path.insert(1, YADE_MODULES)
     import yade.wrapper
@@ -73,7 +74,7 @@ class Pairs:
 
 
 class YadeBodies:
-    def __init__(self, setup, engine, rolling_friction):
+    def __init__(self, setup, _context, engine, rolling_friction):
         self._yade, self._quaternion, self._scene = engine
         self._count = len(setup.bodies)
         self._springs, self._spring_entries = Pairs(setup.springs, 0), setup.springs
@@ -203,7 +204,8 @@ class YadeBodies:
 if __name__ == "__main__":
     own = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
     own.add_argument("--rolling-friction", type=float, default=0.0)
-    options, sys.argv[1:] = own.parse_known_args()  # the rest belongs to the kit
+    options, of_the_kit = own.parse_known_args()
     capabilities = Capabilities("Yade", "2023.02", FEATURES)
-    engine = None if "--capabilities" in sys.argv else load_yade()  # before the coupler expects answers to its pings
-    sys.exit(run_body_component(lambda setup, _: YadeBodies(setup, engine, options.rolling_friction), capabilities))
+    engine = None if "--capabilities" in of_the_kit else load_yade()  # before the coupler expects answers to its pings
+    make_bodies = partial(YadeBodies, engine=engine, rolling_friction=options.rolling_friction)
+    sys.exit(run_body_component(make_bodies, capabilities, arguments=of_the_kit))

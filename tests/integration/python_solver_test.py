@@ -1,13 +1,16 @@
 """Solvers that users write in Python: slow, mistaken, asked to stop."""
 
+import io
+import json
 import logging
 import os
 import time
 import unittest
+from contextlib import redirect_stdout
 from pathlib import Path
 from unittest import mock
 
-from copepod_component import SolverContext, Summary, control_lane
+from copepod_component import Capabilities, SolverContext, Summary, control_lane, run_fluid_component
 from copepod_component.messages import Envelope, to_frame
 from copepod_component.solvers import ServedFluid
 from copepod_session import ROOT, CommandTest
@@ -68,6 +71,13 @@ class PythonSolver(CommandTest):
         self.assert_ends(session, 2)
         self.assertIn("The bodies are cubes (spheres are known). Use spheres.", session.last_line)
         self.assertNotIn("Traceback", self.log())
+
+
+class CommandLine(unittest.TestCase):
+    def test_of_a_component_with_options_of_its_own_is_given_without_them(self):
+        with redirect_stdout(io.StringIO()) as output:
+            code = run_fluid_component(None, Capabilities("Mine", "1", ["gravity"]), arguments=["--capabilities"])
+        self.assertEqual((code, json.loads(output.getvalue())["name"]), (0, "Mine"))
 
 
 class StopRequest(unittest.TestCase):

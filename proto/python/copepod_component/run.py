@@ -33,25 +33,26 @@ class Capabilities:
     features: list  #: "solver:external", "shape:sphere", …
 
 
-def run_fluid_component(make_solver, capabilities, estimate=None):
+def run_fluid_component(make_solver, capabilities, estimate=None, arguments=None):
     """Serves the solver that make_solver(FluidSetup, SolverContext) returns.
 
     `estimate(FluidSetup, ranks)` returns an Estimate or raises CaseError; with it, the feature `estimate` is announced.
-    Returns the exit code of the process.
+    `arguments` are those of the command line that are not the component's own; default: all. Returns the exit code of
+    the process.
     """
     context = SolverContext()
-    return serve_component(ServedFluid(make_solver, context), capabilities, context, estimate)
+    return serve_component(ServedFluid(make_solver, context), capabilities, context, estimate, arguments)
 
 
-def run_body_component(make_solver, capabilities, estimate=None):
+def run_body_component(make_solver, capabilities, estimate=None, arguments=None):
     """Serves the solver that make_solver(BodySetup, SolverContext) returns; otherwise like run_fluid_component."""
     context = SolverContext()
-    return serve_component(ServedBody(make_solver, context), capabilities, context, estimate)
+    return serve_component(ServedBody(make_solver, context), capabilities, context, estimate, arguments)
 
 
-def serve_component(served, capabilities, context, estimate=None):
+def serve_component(served, capabilities, context, estimate=None, arguments=None):
     """Serves an object with role, perform(request, reply) and follow_up(name) (solvers.py); returns the exit code."""
-    options = _options(capabilities, estimate)
+    options = _options(capabilities, estimate, arguments)
     if estimate:
         features = sorted({*capabilities.features, "estimate"})
         capabilities = dataclasses.replace(capabilities, features=features)
@@ -109,7 +110,7 @@ def serve_component(served, capabilities, context, estimate=None):
     return code
 
 
-def _options(capabilities, estimate):
+def _options(capabilities, estimate, arguments):
     parser = argparse.ArgumentParser(description=f"{capabilities.name}, a component of Copepod")
     parser.add_argument("--capabilities", action="store_true", help="print name, role and features as JSON and exit")
     if estimate:
@@ -130,7 +131,7 @@ def _options(capabilities, estimate):
     parser.add_argument(
         "--connect-deadline", type=float, default=60.0, help="seconds to wait for the coupler at the start (60)"
     )
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     options.estimate = estimate is not None and options.estimate
     if not (options.capabilities or options.estimate) and not (options.endpoint and options.session):
         parser.error("no coupler to connect to (--endpoint or --session is missing). Give both")
