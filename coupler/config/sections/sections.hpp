@@ -115,7 +115,9 @@ void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choi
   if (!keys.when(is_section)) return;
   solver = keys.describes() ? solver : E::external;
   keys.either(key, [&](Keys& own) {
-    own.command(required("command"), command, "Command that starts the component, as one text or a list of words.");
+    own.command(required("command"), command,
+                "Command that starts the component, as one text or a list of words. Relative paths in it start at the "
+                "directory in which `copepod run` is called.");
     Reader* inner = own.reader();
     if (inner != nullptr && command.empty() && !inner->problems().any_under(inner->path_of("command")))
       inner->reject(
