@@ -1,5 +1,5 @@
 #include "fake_arguments.hpp"
-#include "service/fluid_program.hpp"
+#include "ranks/fluid_program.hpp"
 #include "service/rank_solver.hpp"
 #include "system/process.hpp"
 
@@ -14,5 +14,6 @@ int main(int argc, char** argv) {
     if (rank == halt.rank) doubles::halt_here(halt, "construct", 0, &ranks.context());
     return doubles::halting(fluid::make_rank_solver(setup, ranks), halt, rank, ranks.context());
   };
-  return fluid::run_fluid_program(arguments.argc(), arguments.argv(), make_solver);
+  const FluidComponent component{fluid::capabilities(), {}, fluid::estimate};
+  return fluid::run_fluid_program(arguments.argc(), arguments.argv(), component, make_solver);
 }

@@ -1,4 +1,4 @@
-#include "service/fluid_program.hpp"
+#include "ranks/fluid_program.hpp"
 
 #include <iostream>
 #include <memory>
@@ -11,7 +11,6 @@
 #include "component/run_component.hpp"
 #include "contract/errors.hpp"
 #include "ranks/mpi_communicator.hpp"
-#include "service/rank_solver.hpp"
 #include "system/process.hpp"
 
 namespace copepod::fluid {
@@ -19,8 +18,8 @@ namespace copepod::fluid {
 namespace {
 
 /// Of --log-file and --log-level; the rest of the command line concerns rank 0.
-component::Options log_options(int argc, char** argv, int rank) {
-  component::Options options = *component::parse_command_line(argc, argv, session::Role::fluid, capabilities()).options;
+component::Options log_options(int argc, char** argv, const Capabilities& capabilities, int rank) {
+  component::Options options = *component::parse_command_line(argc, argv, session::Role::fluid, capabilities).options;
   if (options.log_file.empty()) {
     options.log_level = "warning";  // only rank 0 writes to the terminal
   } else {
@@ -51,9 +50,11 @@ int run_leader(int argc, char** argv, FluidComponent component, Communicator& ra
   return code;
 }
 
-int run_follower(int argc, char** argv, Communicator& ranks, const RankSolverFactory& make_solver) {
+int run_follower(int argc, char** argv, const FluidComponent& component, Communicator& ranks,
+                 const RankSolverFactory& make_solver) {
   const auto vitals = std::make_shared<component::Vitals>(ranks.context());
-  const auto log = open_or_do_without(log_options(argc, argv, ranks.rank()), ranks.rank(), vitals);
+  const auto log =
+      open_or_do_without(log_options(argc, argv, component.capabilities, ranks.rank()), ranks.rank(), vitals);
   log->info("Rank {} of the fluid, pid {}.", ranks.rank(), getpid());
   try {
     follow(ranks, make_solver, vitals->step);
@@ -67,8 +68,7 @@ int run_follower(int argc, char** argv, Communicator& ranks, const RankSolverFac
 
 }  // namespace
 
-int run_fluid_program(int argc, char** argv, const RankSolverFactory& make_solver) {
-  const FluidComponent component{capabilities(), {}, estimate};
+int run_fluid_program(int argc, char** argv, const FluidComponent& component, const RankSolverFactory& make_solver) {
   if (!starts_service(argc, argv)) return run_fluid_component(argc, argv, component);
   if (!launched_rank()) {
     SolverContext context;
@@ -78,7 +78,7 @@ int run_fluid_program(int argc, char** argv, const RankSolverFactory& make_solve
   MpiSession session;
   Communicator& ranks = session.ranks();
   return session.finish(ranks.rank() == 0 ? run_leader(argc, argv, component, ranks, make_solver)
-                                          : run_follower(argc, argv, ranks, make_solver));
+                                          : run_follower(argc, argv, component, ranks, make_solver));
 }
 
 }  // namespace copepod::fluid
