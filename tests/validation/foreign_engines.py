@@ -3,7 +3,7 @@
 
     foreign_engines.py /tmp/palabos_fluid/palabos_fluid [EXPERIMENT]…
 
-Experiments: array, turning, wall, lift, carried, settling, swimmer, design_a, matrix, speed.
+Experiments: array, small, turning, wall, lift, carried, settling, swimmer, design_a, matrix, speed.
 """
 
 import csv
@@ -20,6 +20,11 @@ YADE = "/usr/bin/python3 examples/yade_body/yade_body.py"
 CELL_M, DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S = 1e-5, 1000.0, 1e-6
 VISCOSITY_PA_S = DENSITY_KG_PER_M3 * VISCOSITY_M2_PER_S
 ZICK_HOMSY = {0.027: 2.008, 0.125: 4.292}
+SCHEMES = (
+    ("ours", False, "bgk", "bounce_back"),
+    ("ours", False, "trt", "parabolic"),
+    ("Palabos", True, "bgk", "immersed"),
+)
 PALABOS = ""
 
 
@@ -74,29 +79,45 @@ def torque_or_force(kind, direction, **amplitude):
     return [{"kind": kind, "body": "ball", "direction": direction, "signal": signal}]
 
 
+def drag_in_array(cells, place, radius, tau, steps, collision, palabos, scheme="parabolic"):
+    """A neutrally buoyant sphere is pushed against the fluid: K of F (1 − φ)⁻¹ = 6πμr U K(φ). Lengths in cells."""
+    fraction, side_m = 4 / 3 * math.pi * (radius / cells) ** 3, cells * CELL_M
+    stokes = 6 * math.pi * VISCOSITY_PA_S * radius * CELL_M
+    force_N = stokes * 1e-3 * VISCOSITY_M2_PER_S / CELL_M / ((tau - 0.5) / 3)
+    body = {"radius_m": radius * CELL_M, "position_m": [x * CELL_M for x in place]}
+    body["mass_kg"] = DENSITY_KG_PER_M3 * fraction * side_m**3
+    case = case_of([cells] * 3, tau, body, steps, 50, collision=collision)
+    case["fluid"]["body_force_N_per_m3"] = [0, 0, -force_N / (1 - fraction) / side_m**3]
+    case["actuators"] = torque_or_force("world_force", [0, 0, 1], amplitude_N=force_N)
+    rows, _ = run(case, palabos, scheme=scheme)
+    return force_N / stokes / mean(rows, "vz_m_per_s", 12) / (1 - fraction)
+
+
 def array():
-    """A neutrally buoyant sphere is pushed against the fluid: F (1 − φ)⁻¹ = 6πμr U K(φ)."""
+    """Drag of a periodic array of spheres in 24³ cells, deviation from Zick & Homsy (1982)."""
     print("| φ | τ | collision | ours [%] | Palabos [%] |\n|---|---|---|---|---|")
-    n, place = 24, [12.3 * CELL_M, 12.21 * CELL_M, 11.88 * CELL_M]
     for fraction, reference in ZICK_HOMSY.items():
-        radius_m = n * CELL_M * (fraction * 3 / 4 / math.pi) ** (1 / 3)
-        body = {"radius_m": radius_m, "position_m": place, "mass_kg": DENSITY_KG_PER_M3 * fraction * (n * CELL_M) ** 3}
-        for tau in (2 / 3, 1.0):
-            stokes = 6 * math.pi * VISCOSITY_PA_S * radius_m
-            force_N = stokes * 1e-3 * VISCOSITY_M2_PER_S / CELL_M / ((tau - 0.5) / 3)
+        radius = 24 * (fraction * 3 / 4 / math.pi) ** (1 / 3)
+        for tau, steps in ((2 / 3, 3000), (1.0, 1500)):
             for collision in ("bgk", "trt"):
-                case = case_of([n] * 3, tau, body, 1500 if tau == 1 else 3000, 50, collision=collision)
-                case["fluid"]["body_force_N_per_m3"] = [0, 0, -force_N / (1 - fraction) / (n * CELL_M) ** 3]
-                case["actuators"] = torque_or_force("world_force", [0, 0, 1], amplitude_N=force_N)
                 errors = [
                     100
-                    * (
-                        force_N / stokes / mean(run(case, palabos)[0], "vz_m_per_s", 12) / reference / (1 - fraction)
-                        - 1
-                    )
+                    * (drag_in_array(24, [12.3, 12.21, 11.88], radius, tau, steps, collision, palabos) / reference - 1)
                     for palabos in (False, True)
                 ]
                 print(f"| {fraction} | {tau:.3f} | {collision} | {errors[0]:+.2f} | {errors[1]:+.2f} |", flush=True)
+
+
+def small():
+    """Drag of an array of spheres of radius 2 in 16³ cells, deviation from Sangani & Acrivos (1982) at three places."""
+    phi = 4 / 3 * math.pi / 8**3
+    reference = 1 / (1 - 1.7601 * phi ** (1 / 3) + phi - 1.5593 * phi**2 + 3.9799 * phi ** (8 / 3))
+    for name, palabos, collision, scheme in SCHEMES:
+        errors = [
+            100 * (drag_in_array(16, place, 2, 2 / 3, 1500, collision, palabos, scheme) / reference - 1)
+            for place in ([8.3, 8.21, 7.88], [8, 8.5, 8.5], [8.5, 8.5, 8])
+        ]
+        print(name, collision, scheme, *(f"{error:+.1f}" for error in errors), flush=True)
 
 
 def turning():
@@ -229,11 +250,7 @@ def design_a():
     sets |= {f"swimmers.0.stroke.{key}": value for key, value in stroke.items()}
     sets |= {"output.fields.mean_over_steps": [0, 0]}
     options = [word for key, value in sets.items() for word in ("--set", f"{key}={value}")]
-    for name, palabos, collision, scheme in (
-        ("ours", False, "bgk", "bounce_back"),
-        ("ours", False, "trt", "parabolic"),
-        ("Palabos", True, "bgk", "immersed"),
-    ):
+    for name, palabos, collision, scheme in SCHEMES:
         sets = ("--set", f"fluid.collision={collision}")
         _, summary = run(ROOT / "configs/paper/design_a.yaml", palabos, *options, *sets, "--ranks", "1", scheme=scheme)
         one = summary["swimmers"][0]
@@ -276,7 +293,7 @@ def speed():
 
 if __name__ == "__main__":
     PALABOS, *chosen = sys.argv[1:] or sys.exit(__doc__)
-    for experiment in (array, turning, wall, lift, carried, settling, swimmer, design_a, matrix, speed):
+    for experiment in (array, small, turning, wall, lift, carried, settling, swimmer, design_a, matrix, speed):
         if not chosen or experiment.__name__ in chosen:
             print(f"\n{experiment.__name__}: {experiment.__doc__}\n", flush=True)
             experiment()
