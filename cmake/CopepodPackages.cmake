@@ -66,6 +66,7 @@ exchange motions and loads; each can be replaced by another solver.")
 set(CPACK_DEBIAN_KIT_PACKAGE_NAME libcopepod-dev)
 set(CPACK_DEBIAN_KIT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_KIT_PACKAGE_DEPENDS "copepod ${same}, ${kit}")
+set(CPACK_DEBIAN_KIT_PACKAGE_SUGGESTS libopenmpi-dev)  # copepod::fluid_program
 set(CPACK_COMPONENT_KIT_DESCRIPTION "component kit and C interface of Copepod
 Turns a solver into a component of Copepod (CMake: find_package(copepod)),
 and steps whole simulations from C (pkg-config: copepod).")
