@@ -93,10 +93,10 @@ class Server:
             raise Refused("A message was refused (it is empty or unknown). Use the same version on both sides.")
         if name != "Refusal":  # a Refusal must be readable in any version
             check_version(request)
-        action = self._session.on_message(name, request)
-        if action.kind == "ignore":
-            self._log.warning("Ignored a %s: %s.", name, action.reason)
-        elif action.kind == "repeat":
+        action, reason = self._session.on_message(name, request)
+        if action == "ignore":
+            self._log.warning("Ignored a %s: %s.", name, reason)
+        elif action == "repeat":
             self._socket.send(self._last_reply)
         else:
             self._work(name, request)

@@ -1,17 +1,7 @@
 """The component's session as a state machine without sockets: proto/session/component_session.hpp in Python."""
 
-import dataclasses
-
 from .errors import Refused
 from .messages import legal_messages, transition
-
-
-@dataclasses.dataclass(frozen=True)
-class Action:
-    """What to do about a message: kind is "work", "repeat" or "ignore"."""
-
-    kind: str
-    reason: str = ""
 
 
 class Session:
@@ -24,18 +14,17 @@ class Session:
         self.next_step = -1
 
     def on_message(self, name, envelope):
-        """A message arrived on the data lane. Exactly once: a repeated request is answered with the same bytes.
-
-        Raises Refused for one that ends the component.
+        """What to do about a message on the data lane: "work", "repeat" (send the same bytes again) or "ignore", and
+        why. Raises Refused for one that ends the component.
         """
         if name in ("Welcome", "Refusal"):
             if self.state != "connected":
-                return Action("ignore", reason="the handshake is over")
+                return "ignore", "the handshake is over"
             return self._take(transition(self.role, self.state, message=name))
         if self.state == "connected":
-            return Action("ignore", reason="the Welcome has not come yet")
+            return "ignore", "the Welcome has not come yet"
         if (envelope.session_id, envelope.epoch) != (self.session_id, self.epoch):
-            return Action("ignore", reason="message of another session or of an earlier coupler")
+            return "ignore", "message of another session or of an earlier coupler"
         return self._on_request(name, envelope)
 
     def on_event(self, event):
@@ -52,9 +41,9 @@ class Session:
         if envelope.sequence == 0:
             raise Refused(f"{name} came without a number (its sequence is 0). Number the requests from 1.")
         if envelope.sequence == self.last_sequence:
-            return Action("repeat")
+            return "repeat", ""
         if envelope.sequence < self.last_sequence:
-            return Action("ignore", reason=f"request {envelope.sequence} was answered long ago")
+            return "ignore", f"request {envelope.sequence} was answered long ago"
         row = transition(self.role, self.state, message=name)
         if row is None:
             legal = ", ".join(legal_messages(self.role, self.state)) or "no message"
@@ -79,4 +68,4 @@ class Session:
 
     def _take(self, row):
         self.state = row.get("to", self.state)
-        return Action("work")
+        return "work", ""
