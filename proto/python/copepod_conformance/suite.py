@@ -4,7 +4,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-from copepod_conformance.checks import body_contacts, body_joints, body_physics, fluid_physics
+from copepod_conformance.checks import body_constraints, body_physics, fluid_physics
 from copepod_conformance.checks import checkpoints, exactly_once, handshake, lifetime, limits, states
 from copepod_conformance.component_process import end_marked
 from copepod_conformance.trial import Trial
@@ -12,7 +12,7 @@ from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violati
 
 SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts
 _OF_BOTH_ROLES = (handshake, states, exactly_once, limits, checkpoints, lifetime)
-_OF_ROLE = {"fluid": (fluid_physics,), "body": (body_physics, body_contacts, body_joints)}
+_OF_ROLE = {"fluid": (fluid_physics,), "body": (body_physics, body_constraints)}
 GROUPS = (  # of checks, in the order of the report
     *("handshake", "versions", "states", "exactly once", "limits", "numbers", "checkpoints"),
     *("control lane", "ends", "processes", "physics"),
