@@ -7,14 +7,13 @@ import subprocess
 import time
 from argparse import Namespace
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 
 from copepod_run import build, packages
 from copepod_run.checkout import PREFIX, ROOT, build_digest
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.messages import say
-from copepod_run.plan import drawn_case, plan_of
+from copepod_run.plan import drawn_case
 from copepod_run.run_directory import make_folder
 
 _START_PATIENCE_S = 10.0  # of `watch`, for a run that has just been started to write its case
@@ -68,27 +67,13 @@ def watch(options: Namespace) -> int:
     """Serves the page until a signal ends it."""
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
-    from copepod_report.page import Canvas
-    from copepod_report.report import opening_figures, page_of
-    from copepod_watch.follower import RunFollower
     from copepod_watch.server import WatchServer
 
     directory = Path(options.directory)
     _require_run(directory)
-    cases: dict[Path, dict[str, object]] = {}
-
-    def follow(path: Path) -> RunFollower:
-        plan = plan_of(path / "case.yaml", asked=["--surfaces"])  # the coupler is the only parser of cases
-        cases[path] = {**plan.case, "surfaces": plan.surfaces}
-        return RunFollower(path, cases[path], plan.estimate.get("cells", 0))
-
-    def report(path: Path) -> str:
-        return page_of(path, lambda case: cases.get(case.parent) or drawn_case(case))
-
-    draw = partial(opening_figures, canvas=Canvas(None))
-    with WatchServer(directory, options.port, follow, report, draw, say) as server:
+    with WatchServer(directory, options.port) as server:
         if (directory / "case.yaml").is_file():
-            server.watch("")
+            server.follower("")  # so that its end is announced, whether the page is open or not
         print(server.address, flush=True)
         say("the page is for this machine only; Ctrl-C ends it")
         server.serve_forever(poll_interval=0.2)

@@ -7,19 +7,22 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Callable
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from copepod_report.page import page, templates
+from copepod_report.page import Canvas, page, templates
+from copepod_report.report import opening_figures, page_of
 from copepod_report.run_record import DAMAGE
 from copepod_report.run_status import state_of
 from copepod_report.view import scripts
 from copepod_run.errors import BadCase, Stop
-from copepod_watch.follower import CampaignFollower, Draw, RunFollower, runs_in
+from copepod_run.messages import say
+from copepod_run.plan import plan_of
+from copepod_watch.follower import CampaignFollower, RunFollower, runs_in
 
 _LOOPBACK = "127.0.0.1"
 _OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)
@@ -34,27 +37,16 @@ _HEADERS = {
     "Referrer-Policy": "no-referrer",
 }
 
-Follow = Callable[[Path], RunFollower]
-Report = Callable[[Path], str]
-
 
 class WatchServer(ThreadingHTTPServer):
     """Serves the page of a run, or of each run of a campaign."""
 
     daemon_threads = True
 
-    def __init__(
-        self, directory: Path, port: int, follow: Follow, report: Report, draw: Draw, announce: Callable[[str], None]
-    ):
-        """`report`: HTML of a run's report; `draw`: of figures of several; `announce(text)`: called when a run ends.
-
-        Raises Stop(2) for a bad port.
-        """
+    def __init__(self, directory: Path, port: int) -> None:
+        """Raises Stop(2) for a bad port."""
         self.directory = directory
-        self._follow = follow
-        self._report = report
-        self._announce = announce
-        self._campaign = CampaignFollower(directory, draw)
+        self._campaign = CampaignFollower(directory, partial(opening_figures, canvas=Canvas(None)))
         self._lock = threading.Lock()  # followers and plots work for one request at a time
         self._followers: dict[str, RunFollower] = {}
         self._states: dict[str, str] = {}
@@ -86,7 +78,7 @@ class WatchServer(ThreadingHTTPServer):
         for name, follower in followers.items():
             state, _ = state_of(follower.directory)
             if self._states.get(name, "running") == "running" and state != "running":
-                self._announce(f"{follower.name}: {state}; the page stays until Ctrl-C.")
+                say(f"{follower.name}: {state}; the page stays until Ctrl-C.")
             self._states[name] = state
 
     def content_of(self, path: str, known: str) -> tuple[str, str] | None:
@@ -104,20 +96,22 @@ class WatchServer(ThreadingHTTPServer):
                 return "application/json", json.dumps(self._campaign.content(known))
             if name not in runs or last not in ("", "state", "report"):
                 return None
-            if name not in self._followers:
-                self._followers[name] = self._follow(runs[name])
-            follower = self._followers[name]
+            follower = self.follower(name)
             if last == "state":
                 return "application/json", json.dumps(follower.content(known))
             if last == "report":
-                return "text/html", self._report(runs[name])
+                return "text/html", page_of(follower.directory, lambda _: follower.case)
             section = _HTML.live(follower.directory, self.root if name else "")
             return "text/html", page(f"Copepod: {follower.name}", [section, scripts(), _SCRIPT])
 
-    def watch(self, name: str) -> None:
-        """Follows a run before the first request, so that its end is announced."""
-        with self._lock:
-            self._followers[name] = self._follow(runs_in(self.directory)[name])
+    def follower(self, name: str) -> RunFollower:
+        """Of a run, from the first time on that it is asked for."""
+        if name not in self._followers:
+            path = runs_in(self.directory)[name]
+            plan = plan_of(path / "case.yaml", asked=["--surfaces"])  # the coupler is the only parser of cases
+            case = {**plan.case, "surfaces": plan.surfaces}
+            self._followers[name] = RunFollower(path, case, plan.estimate.get("cells", 0))
+        return self._followers[name]
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -185,7 +185,7 @@ class Server(WatchTest):
 
     def test_a_signal_while_a_connection_is_accepted_ends_the_server(self):
         GrowingRun(self.folder / "run").release()
-        with WatchServer(self.folder / "run", 0, None, None, None, None) as server:
+        with WatchServer(self.folder / "run", 0) as server:
             server.process_request = mock.Mock(side_effect=Stop(143, "stopped by SIGTERM."))
             with socket.create_connection(server.server_address), self.assertRaises(Stop):
                 server.serve_forever(poll_interval=0.05)
