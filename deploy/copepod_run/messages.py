@@ -178,12 +178,7 @@ class Stage:
     def __enter__(self) -> "Stage":
         self._start = time.monotonic()
         self._next_update = self._start + UPDATE_EVERY_S
-        if _voice is not Voice.LINES:
-            say(f"{self._text} …")
-        elif self._terminal:
-            draw(f"copepod: {self._text} … ")
-        else:
-            _write(sys.stderr.write, f"copepod: {self._text} … ")
+        self._show("")
         return self
 
     def count(self, done: int, total: int) -> None:
@@ -198,10 +193,10 @@ class Stage:
         self._show(f"{outcome}{elapsed_text(time.monotonic() - self._start)}", "\n")
 
     def _show(self, text: str, end: str = "") -> None:
-        """How far the stage is or, with the `end` of the line, how long it took."""
+        """Nothing at first, then how far the stage is or, with the `end` of the line, how long it took."""
         if _voice is not Voice.LINES:
-            say(f"{self._text} … {text}")
+            say(f"{self._text} … {text}".rstrip())
         elif self._terminal:
-            draw(f"copepod: {self._text} … {text}{'' if end else ' '}", end)
+            draw(f"copepod: {self._text} … {text}{' ' if text and not end else ''}", end)
         else:
-            _write(sys.stderr.write, f"{text}{end or ' … '}")
+            _write(sys.stderr.write, (text or f"copepod: {self._text}") + (end or " … "))
