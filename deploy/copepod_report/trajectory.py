@@ -184,13 +184,6 @@ class Trajectory:
         """The same in some samples only, given by their numbers, which ascend."""
         return self._values[quantity][samples] if quantity in self._values else self._form.read(quantity, samples)
 
-    def of_one(self, quantity: str, number: int) -> np.ndarray:
-        """The same of one body."""
-        is_large = len(self) * len(self.bodies) * len(_VECTORS[quantity]) > _MOST_VALUES
-        if is_large and quantity not in self._values:
-            return self._form.read(quantity, body=number)
-        return self.all_of(quantity)[:, number]
-
     def columns(self) -> np.ndarray:
         """All numbers, in the order of `COLUMNS`, shape (bodies, samples, columns)."""
         time_s = np.broadcast_to(self.time_s[:, None, None], (len(self), len(self.bodies), 1))
@@ -209,7 +202,11 @@ class _OfBody(dict[str, np.ndarray]):
         self._number = number
 
     def __missing__(self, quantity: str) -> np.ndarray:
-        return self._trajectory.of_one(quantity, self._number)
+        whole, number = self._trajectory, self._number
+        is_large = len(whole) * len(whole.bodies) * len(_VECTORS[quantity]) > _MOST_VALUES
+        if is_large and quantity not in whole._values:
+            return whole._form.read(quantity, body=number)
+        return whole.all_of(quantity)[:, number]
 
 
 class GrowingTrajectory:
