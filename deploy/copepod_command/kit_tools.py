@@ -12,8 +12,9 @@ from pathlib import Path
 from copepod_run import build, components, packages
 from copepod_run.checkout import ROOT, python_path_of_components
 from copepod_run.cleanup import MARK
+from copepod_run.launcher import guarded_folder
 from copepod_run.plan import plan_of
-from copepod_run.scratch import Scratch, guarded_folder
+from copepod_run.scratch import Scratch
 
 _CONFORMANCE = (sys.executable, "-P", "-m", "copepod_conformance")
 _RECORDING = (sys.executable, "-P", "-m", "copepod_recording")

@@ -229,7 +229,11 @@ class HostsLauncher(Launcher):
     def look(self) -> Failure | None:
         for connection in self._connections:
             connection.ask()
-        return super().look() or next(self._lost(), None)
+        failure = super().look()
+        if self._was_away:
+            for connection in self._connections:
+                connection.forgive()
+        return failure or next(self._lost(), None)
 
     def end_all(self) -> int:
         remove_folders([self._sign.parent])  # which hosts see that cannot be reached
@@ -250,10 +254,6 @@ class HostsLauncher(Launcher):
         super().close()
         for connection in self._connections:
             connection.close()
-
-    def _forgive(self) -> None:
-        for connection in self._connections:
-            connection.forgive()
 
     def _wrong(self) -> Iterator[Wrong]:
         yield from super()._wrong()

@@ -2,10 +2,11 @@
 Python start a whole run as one process."""
 
 import os
+import secrets
 import subprocess
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -38,7 +39,7 @@ class Launcher:
         self._scratch = scratch
         self._guard = cleanup.Guard(f"{MARK}={scratch.mark}", scratch.folders, locks)
         self.processes: dict[str, "Process"] = {}  # that have been started, by name
-        self._attention = Attention()
+        self._attention, self._was_away = Attention(), False  # whether this command was, at the last look
         self._looker = Looker(own_host())
         self._since: dict[Wrong, float] = {}  # when that was seen first
 
@@ -54,10 +55,8 @@ class Launcher:
 
     def look(self) -> Failure | None:
         """What cannot continue: a process stopped by a signal, or a rank whose end mpirun missed, for too long."""
-        now, was_away = time.monotonic(), self._attention.was_away()
-        known = {} if was_away else self._since
-        if was_away:
-            self._forgive()
+        now, self._was_away = time.monotonic(), self._attention.was_away()
+        known = {} if self._was_away else self._since  # what was too late may have been in time
         self._since = {wrong: known.get(wrong, now) for wrong in self._wrong()}
         for wrong, since in self._since.items():
             if wrong.what == "stopped" and now - since >= _STOPPED_FOR_S:
@@ -84,9 +83,6 @@ class Launcher:
         cleanup.remove_folders(self._scratch.folders)
         self._guard.dismiss()
 
-    def _forgive(self) -> None:
-        """This command was away: what was too late may have been in time."""
-
     def _wrong(self) -> Iterator[Wrong]:
         """Every process that is not as it should be."""
         yield from self._looker.wrong(
@@ -96,6 +92,16 @@ class Launcher:
     def _fluid_lives(self) -> bool:
         """Whether mpirun does."""
         return "fluid" in self.processes and state_of(self.processes["fluid"].pid) not in ENDED
+
+
+@contextmanager
+def guarded_folder() -> Iterator[Scratch]:
+    """A private folder, `run_path`, and marked processes of a command without a run directory: nothing of them remains.
+
+    Every process that is to end with the command has `mark` as its COPEPOD_RUN. A folder taken from `folders` stays.
+    """
+    with closing(Scratch(None, secrets.token_hex(16))) as scratch, closing(Launcher(scratch, scratch.locks)):
+        yield scratch
 
 
 class Process:

@@ -1,16 +1,12 @@
 """Private folders that live as long as a run: the sockets, the keys, and the temporary files of MPI."""
 
 import os
-import secrets
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from copepod_run import cleanup
-from copepod_run.cleanup import MARK
 from copepod_run.errors import BadCase
 from copepod_run.run_directory import Lock, lock_of, take_lock
 
@@ -103,21 +99,3 @@ def _is_abandoned(folder: Path) -> bool:
         return is_old and cleanup.is_claimed(folder) and lock_of(folder) is Lock.OURS
     except OSError:  # gone meanwhile
         return False
-
-
-@contextmanager
-def guarded_folder() -> Iterator[Scratch]:
-    """A private folder, `run_path`, and marked processes of a command without a run directory: nothing of them remains.
-
-    Every process that is to end with the command has `mark` as its COPEPOD_RUN. A folder taken from `folders` stays.
-    """
-    scratch = Scratch(None, secrets.token_hex(16))
-    mark = f"{MARK}={scratch.mark}"
-    guard = cleanup.Guard(mark, scratch.folders, scratch.locks)
-    try:
-        yield scratch
-    finally:
-        cleanup.end_marked(mark)
-        cleanup.remove_folders(scratch.folders)
-        guard.dismiss()
-        scratch.close()

@@ -13,6 +13,7 @@ from synthetic_run import write_run
 
 from copepod_run import cleanup, scratch
 from copepod_run.errors import BadCase
+from copepod_run.launcher import guarded_folder
 from copepod_run.run_directory import Lock, take_lock
 
 _HOURS_AGO = time.time() - 7200
@@ -80,7 +81,7 @@ class TemporaryFolders(FilesTest):
 
     def test_the_folder_of_a_command_without_a_run_stays_as_long_as_the_command(self):
         """Conformance and replays take longer than the minute in which a folder counts as young."""
-        with scratch.guarded_folder() as folder:
+        with guarded_folder() as folder:
             os.utime(folder.run_path, (_HOURS_AGO, _HOURS_AGO))
             self.run_tiny()
             self.assertTrue(folder.run_path.exists())
