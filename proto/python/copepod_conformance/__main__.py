@@ -87,9 +87,8 @@ def _check(options, folder):
     import zmq  # late: --help and wrong options are answered before packages are installed and messages generated
 
     from copepod_component.errors import CaseError
-    from copepod_conformance import report
     from copepod_conformance.subject import Subject
-    from copepod_conformance.suite import GROUPS, SUITE, Suite, all_checks
+    from copepod_conformance.suite import GROUPS, SUITE, Suite, all_checks, counts, junit, table
 
     groups = set(options.only or GROUPS)
     if unknown := groups - set(GROUPS):
@@ -108,10 +107,10 @@ def _check(options, folder):
         start = time.monotonic()
         jobs = options.jobs or _JOBS_PER_CORE * len(os.sched_getaffinity(0))
         results = Suite(subject, checks, jobs, _show_progress).run()
-    print(report.table(subject, results, options.verbose))
+    print(table(subject, results, options.verbose))
     if options.junit:
-        Path(options.junit).write_bytes(report.junit(subject, results, time.monotonic() - start))
-    return _NOT_CONFORMANT if report.counts(results)["failed"] else 0
+        Path(options.junit).write_bytes(junit(subject, results, time.monotonic() - start))
+    return _NOT_CONFORMANT if counts(results)["failed"] else 0
 
 
 def _show_progress(done, total):

@@ -25,7 +25,8 @@ class Subject(Component):
         self.capabilities = self._ask()
         self.features = set(self.capabilities.get("features", []))
         self.case = _CASES[role](self.features, solver)
-        self.reference = Reference(self)
+        self.reference = _once(lambda: Reference(self))
+        self.checkpoint = _once(self._save)
 
     @property
     def name(self):
@@ -33,6 +34,17 @@ class Subject(Component):
 
     def can(self, feature):
         return feature in self.features
+
+    def _save(self):
+        """Path of a checkpoint of the middle of an undisturbed run, and the digest then."""
+        if not self.can("checkpoint"):
+            raise NotApplicable("it does not announce checkpoint")
+        with Trial(self) as trial:
+            trial.configure(SAVED_STEP)
+            digest = digest_of(trial)
+            message = trial.make("Save", Path(tempfile.mkdtemp(dir=self.folder)) / "checkpoint")
+            trial.request(message)
+            return message.save.path, digest
 
     def _ask(self):
         try:
@@ -67,52 +79,27 @@ def _once(make):
 
 
 class Reference:
-    """What an undisturbed run replies, and a checkpoint of its middle: made once, compared with by many checks.
-
-    replies(): content of the replies to STEPS steps; digest(): after them; checkpoint(): its path, with digest.
-    """
+    """What an undisturbed run replies: content of the `replies` to STEPS steps, and the `digest` after them."""
 
     def __init__(self, subject):
-        self._subject = subject
-        self._folder = Path(tempfile.mkdtemp(dir=subject.folder))
-        self._run = _once(self._undisturbed)
-        self.checkpoint = _once(self._save)
-
-    def replies(self):
-        return self._run()[0]
-
-    def digest(self):
-        return self._run()[1]
+        with Trial(subject) as trial:
+            trial.configure()
+            self.replies, self.digest = trial.advance(STEPS), digest_of(trial)
 
     def compare(self, replies, first=0):
         """Raises Violation at the first reply that is not the one of the undisturbed run."""
         for number, reply in enumerate(replies, first):
-            if reply != self.replies()[number]:
+            if reply != self.replies[number]:
                 raise Violation(f"a reply to step {number} that differs from the one of an undisturbed run")
 
     def compare_end(self, trial):
         """The rest of the run, and its digest."""
         first = trial.next_step
         self.compare(trial.advance(STEPS - first), first)
-        if (digest := digest_of(trial)) != self.digest():
+        if (digest := digest_of(trial)) != self.digest:
             raise Violation(
-                f"digest {digest:016x} after step {STEPS - 1}, but {self.digest():016x} in an undisturbed run"
+                f"digest {digest:016x} after step {STEPS - 1}, but {self.digest:016x} in an undisturbed run"
             )
-
-    def _undisturbed(self):
-        with Trial(self._subject) as trial:
-            trial.configure()
-            return trial.advance(STEPS), digest_of(trial)
-
-    def _save(self):
-        if not self._subject.can("checkpoint"):
-            raise NotApplicable("it does not announce checkpoint")
-        with Trial(self._subject) as trial:
-            trial.configure(SAVED_STEP)
-            digest = digest_of(trial)
-            message = trial.make("Save", self._folder / "checkpoint")
-            trial.request(message)
-            return message.save.path, digest
 
 
 def digest_of(trial):

@@ -30,7 +30,7 @@ def _save_changes_nothing(trial):
     trial.request("Save")
     if not (trial.folder / "checkpoint").exists():
         raise Violation("Saved, but there is no such file or folder")
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _saved_again(trial):
@@ -40,16 +40,16 @@ def _saved_again(trial):
     for name in ("first", "second"):
         trial.advance(1)
         trial.request(trial.make("Save", trial.folder / name))
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _restored(trial):
     _configure_for_restore(trial)
-    path, digest = trial.subject.reference.checkpoint()
+    path, digest = trial.subject.checkpoint()
     trial.request(trial.make("Restore", path))
     if (found := digest_of(trial)) != digest:
         raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _unwritable(trial):
@@ -58,13 +58,13 @@ def _unwritable(trial):
     if not trial.request(trial.make("Save", trial.folder / "no such folder" / "checkpoint")).envelope.saved.problem:
         raise Violation("Saved without a problem, but there is no such folder")
     trial.advance(1)
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _damaged(trial, change, text):
     """`change` makes what the largest file holds of its content; None: there is no file at all."""
     _configure_for_restore(trial)
-    path, _ = trial.subject.reference.checkpoint()
+    path, _ = trial.subject.checkpoint()
     copy = trial.folder / "damaged"
     if Path(path).is_dir():
         shutil.copytree(path, copy)

@@ -21,7 +21,7 @@ _SAME = Rule("Same bits", "the same case gives the same replies and the same dig
 
 def _same_twice(trial):
     trial.configure()
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _repeated(trial, name, times=1):
@@ -37,7 +37,7 @@ def _repeated(trial, name, times=1):
         trial.send(request, " again", sequence=trial.sequence, attempt=attempt)
         if trial.expect_reply(name, request).data != answer.data:
             raise Violation(f"another {answer.name} than the first time")
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _repeated_at_once(trial):
@@ -49,13 +49,13 @@ def _repeated_at_once(trial):
     first, second = trial.expect_reply(trial.step_name, message), trial.expect_reply(trial.step_name, message)
     if first.data != second.data:
         raise Violation(f"another {second.name} than the first time")
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _old_number(trial):
     trial.configure(steps=3)
     trial.send(trial.case.step_request(1), sequence=trial.sequence - 1)
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _foreign(trial, field):
@@ -63,7 +63,7 @@ def _foreign(trial, field):
     trial.configure(steps=1)
     foreign = {field: getattr(trial, field) + 1}
     trial.send(trial.make("Finish"), f" with another {field}", sequence=trial.sequence + 1, **foreign)
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _number_ahead(trial):
@@ -94,7 +94,7 @@ def _damaged(trial):
     trial.send(request, sequence=trial.sequence, attempt=1)
     trial.next_step += 1
     trial.expect_reply(trial.step_name, request)
-    trial.subject.reference.compare_end(trial)
+    trial.subject.reference().compare_end(trial)
 
 
 def _repeated_finish(trial):
@@ -111,8 +111,8 @@ def _early(trial):
     trial.configure()
     for _ in range(STEPS):
         trial.send(trial.make(trial.step_name))
-    trial.subject.reference.compare([trial.receive("a reply").content for _ in range(STEPS)])
-    if digest_of(trial) != trial.subject.reference.digest():
+    trial.subject.reference().compare([trial.receive("a reply").content for _ in range(STEPS)])
+    if digest_of(trial) != trial.subject.reference().digest:
         raise Violation("another digest than that of a run whose requests wait for each other")
 
 

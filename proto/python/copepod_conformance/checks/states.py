@@ -10,9 +10,7 @@ _REFUSED = 65
 _SAMPLING = 5
 
 
-def _rule(role, state, message):
-    settled = protocol.settled(role, state)
-    row = transition(role, settled, message=message)
+def _rule(state, settled, message, row):
     queued = f"a message waits until a {state} component is {settled}; there " if settled != state else ""
     if row is None and message in protocol.HANDSHAKE:
         return Rule("States", f"{queued}a {message} is ignored: the handshake is over")
@@ -24,16 +22,13 @@ def _rule(role, state, message):
     return Rule("States", f"{queued}{message} {answer}")
 
 
-def _run(trial, state, message):
-    role = trial.role
-    settled = protocol.settled(role, state)
-    row = transition(role, settled, message=message)
+def _run(trial, state, settled, message, row):
     can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
-    saved = trial.subject.reference.checkpoint()[0] if row is not None and can and message == "Restore" else ""
+    saved = trial.subject.checkpoint()[0] if row is not None and can and message == "Restore" else ""
     trial.reach(state)
     _send(trial, message, saved)
     if settled != state:
-        trial.expect(protocol.reply_to(protocol.path_to(role, state)[-1]))  # to the work at hand
+        trial.expect(protocol.reply_to(protocol.path_to(trial.role, state)[-1]))  # to the work at hand
     if row is not None and not can:
         trial.expect_failure(_REFUSED)
     elif row is not None and message == "Refusal":
@@ -52,7 +47,7 @@ def _run(trial, state, message):
         trial.welcome()
         trial.finish()
     else:
-        trial.expect_failure(_REFUSED, words=(settled, *legal_messages(role, settled)))
+        trial.expect_failure(_REFUSED, words=(settled, *legal_messages(trial.role, settled)))
 
 
 def _send(trial, message, saved):
@@ -69,22 +64,14 @@ def _send(trial, message, saved):
 
 
 def checks(subject):
-    role = subject.role
-    return [
-        Check(
-            "states",
-            f"{state}: {message}",
-            _rule(role, state, message),
-            _run,
-            (state, message),
-            thorough=not _is_sampled(role, place, state, message),
-        )
-        for place, state in enumerate(protocol.states_with_requests(role))
-        for message in MESSAGES
-    ]
-
-
-def _is_sampled(role, place, state, message):
-    """All that is not refused; of what is, some messages in each state and every message in some state."""
-    row = transition(role, protocol.settled(role, state), message=message)
-    return row is not None or message in protocol.HANDSHAKE or (MESSAGES.index(message) + place) % _SAMPLING == 0
+    """Without `thorough`: all that is not refused; of what is, some messages in each state and every one in some."""
+    found = []
+    for place, state in enumerate(protocol.states_with_requests(subject.role)):
+        settled = protocol.settled(subject.role, state)
+        for number, message in enumerate(MESSAGES):
+            row = transition(subject.role, settled, message=message)
+            is_refused = row is None and message not in protocol.HANDSHAKE
+            rule, how = _rule(state, settled, message, row), (state, settled, message, row)
+            thorough = is_refused and (number + place) % _SAMPLING != 0
+            found.append(Check("states", f"{state}: {message}", rule, _run, how, thorough))
+    return found
