@@ -144,10 +144,6 @@ class Pool:
         self._next_line = time.monotonic() + _LINE_EVERY_S
         self.running: list[Job] = []
 
-    @property
-    def stopping(self) -> bool:
-        return bool(self._signals.received)
-
     def run(self) -> Iterator[Entry]:
         """Yields every entry when it has ended."""
         with selectors.DefaultSelector() as selector:
@@ -172,20 +168,17 @@ class Pool:
         elif draws():
             draw("")
 
-    def share(self) -> float:
-        """Part of the whole campaign that is done, by cost."""
+    def _progress(self) -> tuple[float, float | None]:
+        """Part of the whole campaign that is done, by cost; time left, None as long as no speed is known."""
         total = sum(entry.weight for entry in self.entries)
         done = sum(entry.weight for entry in self.entries if entry.state in (State.DONE, State.FAILED))
-        return (done + sum(job.entry.weight * job.share for job in self.running)) / max(total, 1)
-
-    def remaining_s(self) -> float | None:
-        """Time left, or None as long as no speed is known."""
-        return remaining_s(self.running, [entry.weight for entry in self._waiting], self._jobs)
+        share = (done + sum(job.entry.weight * job.share for job in self.running)) / max(total, 1)
+        return share, remaining_s(self.running, [entry.weight for entry in self._waiting], self._jobs)
 
     def line(self) -> str:
         """«paper: 23 %, 3 of 17 done, 2:31:00 left; design_d 45 %, design_e 12 %»"""
-        words = [f"{self._name}: {100 * self.share():.0f} %", f"{self._done()} of {len(self.entries)} done"]
-        left_s = self.remaining_s()
+        share, left_s = self._progress()
+        words = [f"{self._name}: {100 * share:.0f} %", f"{self._done()} of {len(self.entries)} done"]
         if left_s is not None:
             words.append(f"{clock_text(left_s)} left")
         running = ", ".join(f"{job.entry.name} {100 * job.share:.0f} %" for job in self.running)
@@ -197,7 +190,7 @@ class Pool:
     def _show(self) -> None:
         """A line that is redrawn on a terminal, one a minute elsewhere; of events, step and steps count cases."""
         if speaks_json():
-            share, left_s = self.share(), self.remaining_s()
+            share, left_s = self._progress()
             report("progress", step=self._done(), steps=len(self.entries), share=share, remaining_s=left_s)
         elif draws():
             draw(f"copepod: {self.line()}")
@@ -206,7 +199,7 @@ class Pool:
             say(self.line())
 
     def _start_what_fits(self, selector: selectors.BaseSelector) -> None:
-        while self._waiting and len(self.running) < self._jobs and not self.stopping:
+        while self._waiting and len(self.running) < self._jobs and not self._signals.received:
             entry = self._waiting.pop(0)
             say(f"{entry.name}: {'continues from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}")
             job = Job(entry, self._ranks, self._environment)
@@ -214,7 +207,7 @@ class Pool:
             self.running.append(job)
 
     def _settle(self, entry: Entry) -> None:
-        if entry.state is State.FAILED and self.stopping:
+        if entry.state is State.FAILED and self._signals.received:
             entry.state, entry.remark = State.HALF_DONE, ""
         if entry.state is State.FAILED:
             complain(f"{entry.name}: failed. {entry.remark}")

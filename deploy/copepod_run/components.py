@@ -103,11 +103,7 @@ def mpirun() -> str:
 def _needs_mpirun(plan: Plan) -> bool:
     """Our fluid service always, one that replaces it if it is to have several ranks and brings no starter."""
     own = plan.commands.get("fluid")
-    return own is None or (plan.fluid_ranks > 1 and not _brings_starter(own))
-
-
-def _brings_starter(command: Sequence[str]) -> bool:
-    return Path(command[0]).name in _STARTERS
+    return own is None or (plan.fluid_ranks > 1 and Path(own[0]).name not in _STARTERS)
 
 
 def settled(plan: Plan, ranks: int | None = None) -> Plan:
@@ -120,9 +116,8 @@ def settled(plan: Plan, ranks: int | None = None) -> Plan:
     _require_address(plan.transport)
     hosts.require_first_here(plan)
     own = plan.commands.get("fluid")
-    if own and plan.fluid_ranks > 1 and not (_brings_starter(own) or ranks or "fluid" in plan.unasked):
-        if not announces(own, "mpi"):
-            return replace(plan, fluid_ranks=1)
+    if own and _needs_mpirun(plan) and not (ranks or "fluid" in plan.unasked or announces(own, "mpi")):
+        return replace(plan, fluid_ranks=1)
     cores = len(os.sched_getaffinity(0))
     if _needs_mpirun(plan) and not hosts.others(plan) and plan.fluid_ranks > _MOST_RANKS_PER_CORE * cores:
         raise BadCase(
