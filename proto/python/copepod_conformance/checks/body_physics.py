@@ -1,5 +1,7 @@
 """What every body solver does: a = F/m, α = T/I, nothing without a load; weight, springs and drive where announced."""
 
+from functools import partial
+
 import numpy as np
 
 from copepod_component.messages import setup
@@ -77,36 +79,27 @@ def _expect_acceleration(motion, body, acceleration_m_per_s2):
     expect_of(motion, body, "position_m", position, scale_m_per_s * STEP_S)
 
 
-def _under_force(trial):
-    force = FORCE_N * DIRECTION
-    motion = move(trial, force=force)
-    _expect_acceleration(motion, 0, force / MASS_KG)
-    _expect_acceleration(motion, 1, np.zeros(3))
-
-
-def _unloaded(trial):
-    motion = move(trial)
-    for body in (0, 1):
-        _expect_acceleration(motion, body, np.zeros(3))
-        expect_of(motion, body, "angular_velocity_rad_per_s", np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
-
-
-def _under_torque(trial):
-    if trial.subject.can("neglects:torques"):
+def _under_loads(trial, force=ZERO, torque=ZERO, change=None, needs=(), accelerates=(), gains=()):
+    """What bodies 0 and 1 must have: accelerations, and angular velocities gained."""
+    trial.require(*needs)
+    if np.any(torque) and trial.subject.can("neglects:torques"):
         raise NotApplicable("it announces neglects:torques")
-    torque = TORQUE_N_M * DIRECTION
-    motion = move(trial, torque=torque)
-    gained = torque / INERTIA_KG_M2 * _TIME_S
-    expect_of(motion, 0, "angular_velocity_rad_per_s", gained, _ROUNDING * float(np.abs(gained).max()))
-    expect_of(motion, 1, "angular_velocity_rad_per_s", np.zeros(3), _ROUNDING * SPIN_RAD_PER_S)
-    expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
+    motion = move(trial, change, force=force, torque=torque)
+    for body, acceleration_m_per_s2 in enumerate(accelerates):
+        _expect_acceleration(motion, body, acceleration_m_per_s2)
+    for body, gained in enumerate(gains):
+        tolerance = _ROUNDING * float(np.abs(gained).max() or SPIN_RAD_PER_S)
+        expect_of(motion, body, "angular_velocity_rad_per_s", gained, tolerance)
+    if np.any(torque):
+        expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
+
+
+def _set_gravity(content):
+    content.gravity_m_per_s2[:] = _GRAVITY_M_PER_S2
 
 
 def _of_shape(trial, name):
     """Pushed along one principal axis, turned about another."""
-    trial.require("inertia")
-    if trial.subject.can("neglects:torques"):
-        raise NotApplicable("it announces neglects:torques")
     factors = np.array([1.0, 1.5, 2.0])
 
     def change(content):
@@ -116,17 +109,8 @@ def _of_shape(trial, name):
         body.inertia_kg_m2.extend((*INERTIA_KG_M2 * factors, 0.0, 0.0, 0.0))
 
     force, torque = np.array([0.0, FORCE_N, 0.0]), np.array([0.0, 0.0, TORQUE_N_M])
-    motion = move(trial, change, force=force, torque=torque)
-    _expect_acceleration(motion, 0, force / MASS_KG)
     gained = torque / (INERTIA_KG_M2 * factors) * _TIME_S
-    expect_of(motion, 0, "angular_velocity_rad_per_s", gained, _ROUNDING * gained.max())
-
-
-def _falling(trial):
-    trial.require("gravity")
-    motion = move(trial, lambda content: content.gravity_m_per_s2.__setitem__(slice(None), _GRAVITY_M_PER_S2))
-    for body in (0, 1):
-        _expect_acceleration(motion, body, _GRAVITY_M_PER_S2)
+    _under_loads(trial, force, torque, change, ["inertia"], [force / MASS_KG], [gained])
 
 
 def _expect_gained(motion, gained_m_per_s):
@@ -267,12 +251,16 @@ def _fixed(trial):
 
 def checks(subject):
     shapes = [name for name in OTHER_SHAPES if subject.can(f"shape:{name}")]
+    rest, force, torque = np.zeros((2, 3)), FORCE_N * DIRECTION, TORQUE_N_M * DIRECTION
+    pushed = partial(_under_loads, force=force, accelerates=[force / MASS_KG, rest[1]])
+    turned = partial(_under_loads, torque=torque, gains=[torque / INERTIA_KG_M2 * _TIME_S, rest[1]])
+    falling = partial(_under_loads, change=_set_gravity, needs=["gravity"], accelerates=2 * [_GRAVITY_M_PER_S2])
     return [
-        Check("physics", "no load: the velocity stays", _NEWTON, _unloaded),
-        Check("physics", "hydrodynamic force: a = F/m", _NEWTON, _under_force),
-        Check("physics", "torque: ω = T t / I", _EULER, _under_torque),
+        Check("physics", "no load: the velocity stays", _NEWTON, partial(_under_loads, accelerates=rest, gains=rest)),
+        Check("physics", "hydrodynamic force: a = F/m", _NEWTON, pushed),
+        Check("physics", "torque: ω = T t / I", _EULER, turned),
         *(Check("physics", f"a {name} under force and torque", _TENSOR, _of_shape, (name,)) for name in shapes),
-        Check("physics", "weight: a = g", _WEIGHT, _falling),
+        Check("physics", "weight: a = g", _WEIGHT, falling),
         Check("physics", "a stretched spring pulls", _SPRING, _on_a_spring),
         *(
             Check("physics", f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body, (name,))

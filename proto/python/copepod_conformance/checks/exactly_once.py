@@ -66,12 +66,6 @@ def _foreign(trial, field):
     trial.subject.reference().compare_end(trial)
 
 
-def _number_ahead(trial):
-    trial.configure(steps=1)
-    trial.send(trial.make(trial.step_name), sequence=trial.sequence + 2)
-    trial.expect_failure(65)
-
-
 def _no_number(trial):
     """There is no reply yet that could be repeated."""
     trial.reach("greeted")
@@ -79,9 +73,11 @@ def _no_number(trial):
     trial.expect_failure(65)
 
 
-def _other_step(trial, offset):
+def _out_of_turn(trial, step, number):
+    """Where step 2 and the next number are due."""
     trial.configure(steps=2)
-    trial.send(trial.case.step_request(2 + offset), " where step 2 is due")
+    remark = "" if step == 2 else " where step 2 is due"
+    trial.send(trial.case.step_request(step), remark, sequence=trial.sequence + number)
     trial.expect_failure(65)
 
 
@@ -128,10 +124,10 @@ def checks(subject):
         Check(group, "an older number is ignored", _IGNORE, _old_number),
         Check(group, "another session is ignored", _IGNORE, _foreign, ("session_id",)),
         Check(group, "another epoch is ignored", _IGNORE, _foreign, ("epoch",)),
-        Check(group, "a number that skips ahead is refused", _SKIP, _number_ahead),
+        Check(group, "a number that skips ahead is refused", _SKIP, _out_of_turn, (2, 2)),
         Check(group, "a request without a number is refused", _SKIP, _no_number),
-        Check(group, "a step left out is refused", _SKIP, _other_step, (+1,)),
-        Check(group, "a step done before is refused", _SKIP, _other_step, (-1,)),
+        Check(group, "a step left out is refused", _SKIP, _out_of_turn, (3, 1)),
+        Check(group, "a step done before is refused", _SKIP, _out_of_turn, (1, 1)),
         Check(group, "a damaged request counts as lost", _DAMAGED, _damaged),
         Check(group, "a repeated Finish is answered", _FINISH, _repeated_finish),
         Check(group, "requests that come early are answered in order", _QUEUE, _early),
