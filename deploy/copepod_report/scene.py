@@ -46,7 +46,7 @@ class Samples:
     """Motion of all bodies in the world frame.
 
     steps, time_s        shape (samples,)
-    position_m           shape (samples, bodies, 3), speed_m_per_s (samples, bodies)
+    position_m           shape (samples, bodies, 3), like velocity_m_per_s
     orientation_wxyz     shape (samples, bodies, 4), unit quaternions
     """
 
@@ -55,7 +55,7 @@ class Samples:
     time_s: np.ndarray
     position_m: np.ndarray
     orientation_wxyz: np.ndarray
-    speed_m_per_s: np.ndarray
+    velocity_m_per_s: np.ndarray
 
 
 def most_frames(bodies: int, views: int = 1) -> int:
@@ -168,7 +168,8 @@ def _motion(samples: Samples, metres: float) -> dict[str, Any]:
     """16-bit numbers between the least and the greatest value of each body; orientations only of those that turn."""
     position = samples.position_m / metres
     low, span = position.min(axis=0), np.ptp(position, axis=0)
-    fastest = samples.speed_m_per_s.max(axis=0)
+    speed = np.linalg.norm(samples.velocity_m_per_s, axis=-1)
+    fastest = speed.max(axis=0)
     orientation = samples.orientation_wxyz * np.where(samples.orientation_wxyz[..., :1] < 0, -1.0, 1.0)
     turning = np.flatnonzero((np.abs(np.sum(orientation * orientation[:1], axis=-1)) < 1 - 1e-7).any(axis=0))
     return {
@@ -177,8 +178,8 @@ def _motion(samples: Samples, metres: float) -> dict[str, Any]:
         "low": _rounded(low),
         "span": _rounded(span),
         "positions": _levels_of(position - low, span),
-        "fastest_m_per_s": [float(f"{speed:.5g}") for speed in fastest],
-        "speeds": _levels_of(samples.speed_m_per_s, fastest),
+        "fastest_m_per_s": [float(f"{most:.5g}") for most in fastest],
+        "speeds": _levels_of(speed, fastest),
         "orientations": [[round(number, 6) for number in quaternion] for quaternion in orientation[0].tolist()],
         "turning": turning.tolist(),
         "rotations": as_text(np.round(32767 * orientation[:, turning, 1:]).astype("<i2")),

@@ -25,14 +25,9 @@ def of_run(run: RunRecord, views: int = 1) -> str:
     if len(trajectory) == 0:
         return ""
     shown = chosen_samples(len(trajectory), most_frames(len(trajectory.bodies), views))
-    samples = Samples(
-        trajectory.bodies,
-        trajectory.steps[shown],
-        trajectory.time_s[shown],
-        trajectory.some_of("position_m", shown),
-        trajectory.some_of("orientation_wxyz", shown),
-        np.linalg.norm(trajectory.some_of("velocity_m_per_s", shown), axis=-1),
-    )
+    quantities = ("position_m", "orientation_wxyz", "velocity_m_per_s")
+    motion = (trajectory.some_of(quantity, shown) for quantity in quantities)
+    samples = Samples(trajectory.bodies, trajectory.steps[shown], trajectory.time_s[shown], *motion)
     scene = scene_of(run.name, run.case, run.cell_size_m, samples)
     return figure({**scene, "flow": flow_slice(run, scene["box"])})
 

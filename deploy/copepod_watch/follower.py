@@ -57,9 +57,8 @@ class TrajectoryFollower(GrowingTrajectory):
         steps, kept = zip(*self._kept, *([] if is_kept else [self._newest]))
         shown = chosen_samples(len(steps), most_frames(len(self.bodies)))
         values = np.array(kept)[shown]
-        speed = np.linalg.norm(values[..., 8:11], axis=-1)
-        time_s, position_m, orientation_wxyz = values[:, 0, 0], values[..., 1:4], values[..., 4:8]
-        return Samples(self.bodies, np.array(steps)[shown], time_s, position_m, orientation_wxyz, speed)
+        motion = (values[..., 1:4], values[..., 4:8], values[..., 8:11])
+        return Samples(self.bodies, np.array(steps)[shown], values[:, 0, 0], *motion)
 
 
 class RunFollower:

@@ -89,9 +89,9 @@ def samples_of(count=201):
     orientation = np.zeros((count, 3, 4))
     orientation[..., 0] = 1.0
     orientation[:, 1, 0], orientation[:, 1, 1] = np.cos(angle / 2), np.sin(angle / 2)
-    speed = np.full((count, 3), 2e-3)
+    velocity = np.broadcast_to([0, 0, 2e-3], (count, 3, 3))
     names = [f"swimmer.{bead}" for bead in ("B2", "B1", "B3")]
-    return Samples(names, steps, 1e-9 * steps, position, orientation, speed)
+    return Samples(names, steps, 1e-9 * steps, position, orientation, velocity)
 
 
 def numbers(text, kind):
