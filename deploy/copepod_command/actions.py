@@ -13,7 +13,6 @@ from copepod_run import build, packages
 from copepod_run.checkout import PREFIX, ROOT, build_digest
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.messages import say
-from copepod_run.plan import drawn_case
 from copepod_run.run_directory import make_folder
 
 _START_PATIENCE_S = 10.0  # of `watch`, for a run that has just been started to write its case
@@ -40,16 +39,12 @@ def report(options: Namespace) -> int:
     """Writes the report and prints where it is."""
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
-    from copepod_report.flow import View
     from copepod_report.report import write_report
-    from copepod_report.sweeps import Choice
 
     out = options.out or (f"{options.directories[0]}/report" if len(options.directories) == 1 else "report")
     if not options.out and Path(out).is_symlink():
         raise StorageFailed(f"{out} leads elsewhere (it is a symbolic link). Name the folder with --out.")
-    choice = Choice(options.x, options.y)
-    view = View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
-    print(write_report(options.directories, out, drawn_case, view, options.format, choice, options.video))
+    print(write_report(options, out))
     return ExitCode.FINISHED
 
 

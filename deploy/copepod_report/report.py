@@ -1,6 +1,7 @@
 """`copepod report`: reads run directories, writes report.html and the plots as files."""
 
 import subprocess
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from copepod_run import packages
 from copepod_run.errors import BY_SIGNAL, BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import MOST_TABLES, quantity_text
 from copepod_run.names import distinct_words
+from copepod_run.plan import drawn_case
 from copepod_run.run_directory import make_folder
 
 _MOST_DRAWN = 12  # runs of a sweep whose own figures are drawn
@@ -26,29 +28,23 @@ _X264 = "-c:v libx264 -preset medium -crf 20 -pix_fmt yuv420p -vf pad=ceil(iw/2)
 _FRAGMENTS = "-movflags frag_keyframe+empty_moov+default_base_moof"  # ffmpeg writes to a pipe, where it cannot go back
 
 
-def write_report(
-    directories: Sequence[str],
-    out: str,
-    read_case: ReadCase,
-    flow_view: flow.View = flow.View(),
-    formats: Sequence[str] = ("png",),
-    choice: Choice = Choice(),
-    video: bool = False,
-) -> Path:
-    """Writes the report of the runs into the folder `out`; returns the path of the page.
+def write_report(options: Namespace, out: str) -> Path:
+    """Writes the report of the runs that the command line names into the folder `out`; returns the path of the page.
 
-    Raises Stop(2) for folders without a run and a flow_view that does not suit them, Stop(73) for damaged ones.
+    Raises Stop(2) for folders without a run and a view of the flow that does not suit them, Stop(73) for damaged ones.
     """
+    directories, choice = options.directories, Choice(options.x, options.y)
+    flow_view = flow.View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
     try:
-        collected = [run for directory in directories for run in collect(directory, read_case)]
+        collected = [run for directory in directories for run in collect(directory, drawn_case)]
         name_apart(collected)
         if flow_view != flow.View() and not any((run.directory / "fields.h5").exists() for run in collected):
             raise BadCase("there is no flow to draw (no run recorded one). Set output.fields in the case.")
         of_several = _names(directories) if len(directories) < 4 else f"{len(collected)} runs"
         folder, title = Path(out), f"Copepod: {collected[0].name if len(collected) == 1 else of_several}"
         make_folder(folder)
-        canvas = Canvas(folder, formats)
-        films = {run.name: film_of(run, flow_view) for run in collected} if video else {}
+        canvas = Canvas(folder, options.format)
+        films = {run.name: film_of(run, flow_view) for run in collected} if options.video else {}
         canvas.write(PAGE, page.page(title, []).encode())  # from here on the folder is that of a report
         for name, content in films.items():
             canvas.write(f"{name}_flow.mp4", content)
