@@ -96,9 +96,7 @@ def _check(options, folder):
     environment = {**os.environ, SUITE: uuid.uuid4().hex}
     with zmq.Context() as context:
         try:
-            subject = Subject(
-                options.role, options.command, environment, folder, context, options.patience, options.solver
-            )
+            subject = Subject(options, environment, folder, context)
         except CaseError as error:
             end(error)
         checks = [

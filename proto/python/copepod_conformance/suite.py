@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from copepod_conformance.checks import body_constraints, body_physics, fluid_physics
 from copepod_conformance.checks import checkpoints, exactly_once, handshake, lifetime, limits, states
 from copepod_conformance.component_process import end_marked
-from copepod_conformance.trial import Trial
+from copepod_conformance.subject import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
 SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts

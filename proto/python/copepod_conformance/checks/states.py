@@ -26,7 +26,15 @@ def _run(trial, state, settled, message, row):
     can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
     saved = trial.subject.checkpoint()[0] if row is not None and can and message == "Restore" else ""
     trial.reach(state)
-    _send(trial, message, saved)
+    if message == "Welcome":
+        trial.welcome()
+    elif message == "Refusal":
+        trial.send(trial.make(message), sequence=0, session_id=0, epoch=0)
+    else:  # as it would come in a run; of a message that is not allowed only the kind matters
+        request = trial.make(message, saved)
+        if saved:
+            request.step = SAVED_STEP
+        trial.send(request)
     if settled != state:
         trial.expect(protocol.reply_to(protocol.path_to(trial.role, state)[-1]))  # to the work at hand
     if row is not None and not can:
@@ -48,19 +56,6 @@ def _run(trial, state, settled, message, row):
         trial.finish()
     else:
         trial.expect_failure(_REFUSED, words=(settled, *legal_messages(trial.role, settled)))
-
-
-def _send(trial, message, saved):
-    """As it would come in a run; of a message that is not allowed only the kind matters."""
-    if message == "Welcome":
-        trial.welcome()
-    elif message == "Refusal":
-        trial.send(trial.make(message), sequence=0, session_id=0, epoch=0)
-    else:
-        request = trial.make(message, saved)
-        if saved:
-            request.step = SAVED_STEP
-        trial.send(request)
 
 
 def checks(subject):
