@@ -98,7 +98,6 @@ def validate(options: Namespace) -> int:
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
     from copepod_validation import all_schemes, matrix
-    from copepod_validation.experiment import SCHEMES
 
     if options.all:
         for name in ("cases", "schemes", "fluid"):
@@ -116,14 +115,13 @@ def validate(options: Namespace) -> int:
                 ExitCode.FAILED, f"{wrong} of {len(results)} combinations that check admits are wrong. See {path}."
             )
         return ExitCode.FINISHED
-    cases, schemes = options.cases or list(matrix.CASES), options.schemes or list(SCHEMES)
     words = ["validate"]
-    words += ["--cases", *cases] if options.cases else []
-    words += ["--schemes", *schemes] if options.schemes else []
+    words += ["--cases", *options.cases] if options.cases else []
+    words += ["--schemes", *options.schemes] if options.schemes else []
     words += ["--fast"] if options.fast else []
     words += ["--fluid", options.fluid] if options.fluid else []
     again = words + (["--out", options.out] if options.out else [])
-    sections = matrix.run(cases, schemes, options.fast, options.fluid, options.jobs, shlex.join(again))
+    sections = matrix.run(options, shlex.join(again))
     part = ", the fast subset of their points" if options.fast else ""
     print(matrix.write_page(folder, sections, f"deploy/copepod {shlex.join(words)}", build_digest(), part))
     return ExitCode.FINISHED

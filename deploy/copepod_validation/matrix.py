@@ -28,20 +28,20 @@ FOLDER = Path("runs/validation")
 _TEXT = Path(__file__).with_name("accuracy.md").read_text()  # what it is about, and what each case compares with
 
 
-def run(
-    cases: Sequence[str], schemes: Sequence[str], fast: bool, fluid: str | None, jobs: int | None, again: str
-) -> dict[str, Section]:
-    """Runs what is left to do and evaluates it; sections by case. `fluid`: a command that replaces the fluid service;
-    `again`: the command line that continues.
+def run(options: Namespace, again: str) -> dict[str, Section]:
+    """Runs what is left to do and evaluates it; sections by case. `again`: the command line that continues.
 
     Raises Stop(2) for an unknown name, or as a campaign does.
     """
+    cases, schemes = options.cases or list(CASES), options.schemes or list(SCHEMES)
     _require(cases, CASES, "case")
     _require(schemes, SCHEMES, "scheme")
-    chosen = {case: [one for scheme in schemes for one in experiments(CASES[case], scheme, fast)] for case in cases}
-    items = [_written(experiment, fluid) for found in chosen.values() for experiment in found]
-    options = Namespace(out=FOLDER, rerun_other_builds=True, keep_going=True, json=False)
-    campaign.run_items("validation", items, jobs, options, lambda _: again, lambda all: f"{len(all)} runs")
+    chosen = {
+        case: [one for scheme in schemes for one in experiments(CASES[case], scheme, options.fast)] for case in cases
+    }
+    items = [_written(experiment, options.fluid) for found in chosen.values() for experiment in found]
+    fixed = Namespace(out=FOLDER, rerun_other_builds=True, keep_going=True, json=False)
+    campaign.run_items("validation", items, options.jobs, fixed, lambda _: again, lambda all: f"{len(all)} runs")
 
     def measured(case: str, one: Experiment) -> Any:
         return CASES[case].evaluate(Trajectory(FOLDER / one.name, may_be_empty=True), one.point)  # arrays of obstacles
