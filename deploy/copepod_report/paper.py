@@ -8,7 +8,7 @@ import numpy as np
 
 from copepod_report import resonance
 from copepod_report.page import HTML, Canvas
-from copepod_report.run_record import RunRecord, RunResult, z_axis
+from copepod_report.run_record import RunRecord, RunResult, rotated
 from copepod_report.style import LIGHT, describe, new_figure
 from copepod_run.figures import at, number_text
 
@@ -101,7 +101,7 @@ def measure(runs: Sequence[RunRecord]) -> Radii:
 
 def _orientation(body: Mapping[str, Any]) -> str:
     """Of a capsule to the flow along z, as a swimmer's bead would call it."""
-    return "parallel" if abs(z_axis(body["orientation_wxyz"])[2]) > 0.5 else "perpendicular"
+    return "parallel" if abs(rotated([0.0, 0.0, 1.0], body["orientation_wxyz"])[2]) > 0.5 else "perpendicular"
 
 
 def geometrical_factor(radii: Sequence[float] | np.ndarray, mean_arms: Sequence[float] | np.ndarray) -> float:

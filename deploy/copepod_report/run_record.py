@@ -209,11 +209,6 @@ def rotated(vectors: ArrayLike, orientation_wxyz: ArrayLike) -> np.ndarray:
     return v + 2 * np.cross(r, np.cross(r, v) + w * v)
 
 
-def z_axis(orientation_wxyz: Sequence[float]) -> np.ndarray:
-    """The z axis of a body or swimmer in the world, shape (3,), from its unit quaternion."""
-    return rotated([0.0, 0.0, 1.0], orientation_wxyz)
-
-
 class SwimmerRecord:
     """One swimmer of a run. The motion is that of three beads in a row, along the swimmer's axis at the start."""
 
@@ -221,7 +216,7 @@ class SwimmerRecord:
         self.run = run
         self.section = section
         self.name = section["name"]
-        self.axis = z_axis(section["orientation_wxyz"])
+        self.axis = rotated([0.0, 0.0, 1.0], section["orientation_wxyz"])
         self.beads = section["beads"]
         self.bead_names = bead_names(section)
         stroke = section.get("stroke") or {}
