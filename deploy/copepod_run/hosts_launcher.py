@@ -44,7 +44,7 @@ class HostConnection:
         self.wrong: list[Wrong] = []  # what the last answer reported
         self.address = ""  # of this host as seen from there, empty if unknown
         self.left: int | None = None  # processes that could not be ended, once the guard has ended the others
-        self._answered = time.monotonic()
+        self.answered = time.monotonic()
         self._asked = self._received = 0
         self._reader = EventReader()  # ignores what a login script prints
         self._is_ready = self.is_closed = False
@@ -56,11 +56,11 @@ class HostConnection:
         self._stdin, self._stdout, self._stderr = self._pipes = [stream for stream in streams if stream]
         for pipe in self._pipes:
             os.set_blocking(pipe.fileno(), False)
-        self._send(self._order)
+        self.send(self._order)
 
     def wait_until_ready(self) -> None:
         """Raises Stop(2) if the host cannot take part."""
-        deadline = self._answered + _READY_WITHIN_S
+        deadline = self.answered + _READY_WITHIN_S
         while not self._is_ready:
             self.read()
             if self.is_closed or time.monotonic() > deadline:
@@ -72,20 +72,12 @@ class HostConnection:
         """One question more; answers to earlier ones are read."""
         self.read()
         self._asked += 1
-        self._send({"ping": self._asked, "received": self._received})
+        self.send({"ping": self._asked, "received": self._received})
 
     @property
     def silent_s(self) -> float:
         """Since the last answer."""
-        return time.monotonic() - self._answered
-
-    def forgive(self) -> None:
-        """The silence was ours."""
-        self._answered = time.monotonic()
-
-    def end(self) -> None:
-        """Asks the guard to end everything there."""
-        self._send({"end": True})
+        return time.monotonic() - self.answered
 
     def may_still_end(self) -> bool:
         """Whether the guard has not reported yet that everything has ended, and is still connected."""
@@ -136,26 +128,24 @@ class HostConnection:
                 pipe.close()
 
     def _take(self, answer: Event) -> None:
-        self._answered = time.monotonic()
+        self.answered = time.monotonic()
         if answer["event"] == "ready":
-            self._check(answer)
+            if answer["problem"]:
+                raise BadCase(f"host {self.host}: {answer['problem']}")
+            if self._order["build"] not in ("", answer["build"]):
+                raise BadCase(
+                    f"host {self.host}: {self._order['program']} is of another build than here. "
+                    "Copy the checkout, or build it there."
+                )
+            self.address, self._is_ready = answer["address"], True
         elif answer["event"] == "pong":
             self._received = answer["ping"]
             self.wrong = [Wrong(**wrong) for wrong in answer["wrong"]]
         elif answer["event"] == "ended":
             self.left = answer["left"]
 
-    def _check(self, answer: Mapping[str, Any]) -> None:
-        if answer["problem"]:
-            raise BadCase(f"host {self.host}: {answer['problem']}")
-        if self._order["build"] not in ("", answer["build"]):
-            raise BadCase(
-                f"host {self.host}: {self._order['program']} is of another build than here. "
-                "Copy the checkout, or build it there."
-            )
-        self.address, self._is_ready = answer["address"], True
-
-    def _send(self, words: Mapping[str, Any]) -> None:
+    def send(self, words: Mapping[str, Any]) -> None:
+        """The order, a question, or {"end": True}, which asks the guard to end everything there."""
         with suppress(OSError):  # full, because nothing has been read for long, or closed: seen where answers are read
             os.write(self._stdin.fileno(), json.dumps(words).encode() + b"\n")
 
@@ -232,13 +222,13 @@ class HostsLauncher(Launcher):
         failure = super().look()
         if self._was_away:
             for connection in self._connections:
-                connection.forgive()
+                connection.answered = time.monotonic()  # the silence was ours
         return failure or next(self._lost(), None)
 
     def end_all(self) -> int:
         remove_folders([self._sign.parent])  # which hosts see that cannot be reached
         for connection in self._connections:
-            connection.end()
+            connection.send({"end": True})
         left = super().end_all()
         deadline = time.monotonic() + _ENDED_WITHIN_S
         while time.monotonic() < deadline and any(

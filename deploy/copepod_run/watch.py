@@ -59,7 +59,7 @@ class Watch:
         self.last_step = -1
         self._selector = selectors.DefaultSelector()
         self._selector.register(events, selectors.EVENT_READ, partial(self._read_events, events))
-        self._selector.register(signals.descriptor, selectors.EVENT_READ, self._read_signals)
+        self._selector.register(signals.descriptor, selectors.EVENT_READ, self._pass_on_request)
         for process in launcher.processes.values():
             self._selector.register(process.descriptor, selectors.EVENT_READ, partial(self._note_exit, process))
 
@@ -139,12 +139,9 @@ class Watch:
             return None
         return Ending(failure=self._failure())
 
-    def _read_signals(self) -> None:
-        self._signals.drain()
-        self._pass_on_request()
-
     def _pass_on_request(self) -> None:
         """For a checkpoint, once the coupler expects the signal."""
+        self._signals.drain()
         if self._signals.checkpoint_wanted and self.phase and "coupler" in self._alive:
             self._signals.checkpoint_wanted = False
             self._alive["coupler"].send(signal.SIGUSR1)
