@@ -184,13 +184,9 @@ def checks(subject):
     ]
 
 
-def _adding(what, **fields):
-    return lambda setup: getattr(setup, what).add(**fields)
-
-
-def _output(**fields):
-    """Of fields, by a fluid."""
-    return lambda setup: setup.fields.MergeFrom(type(setup.fields)(**fields))
+def _with(**parts):
+    """Adds to lists, sets what is inside of messages."""
+    return lambda setup: setup.MergeFrom(type(setup)(**parts))
 
 
 def _long_name(setup):
@@ -201,10 +197,10 @@ def _cells(*counts):
     return lambda setup: setup.domain_cells.__setitem__(slice(None), counts)
 
 
-_SPRING = _adding("springs", body_A=0, body_B=2, stiffness_N_per_m=1.0, **AT_CENTRES)
-_BEND = _adding("bends", body_A=0, body_B=1, body_C=2, stiffness_N_m_per_rad=1e-12, rest_angle_rad=3.0)
+_SPRING = _with(springs=[{"body_B": 2, "stiffness_N_per_m": 1.0, **AT_CENTRES}])  # from body 0
+_BEND = _with(bends=[{"body_B": 1, "body_C": 2, "stiffness_N_m_per_rad": 1e-12, "rest_angle_rad": 3.0}])
 _ACTUATOR = partial(add_actuator, name="world_force", body_A=2)
-_EVERY_0TH, _NO_STEP = _output(mean_stop=2), _output(mean_start=2, mean_stop=2, mean_every_steps=1)
+_NO_STEP = {"mean_start": 2, "mean_stop": 2, "mean_every_steps": 1}
 
 # By role: name of the check, rule, what is done to the setup, and how to describe that.
 _BAD_SETUPS = {
@@ -215,9 +211,9 @@ _BAD_SETUPS = {
         ("a bend to a body that does not exist", _INDEX, _BEND, "a bend of bodies 0, 1 and 2 of 2"),
     ),
     "fluid": (
-        ("a mean of every 0th step", _FIELDS, _EVERY_0TH, "a mean of every 0th of steps 0 to 2"),
-        ("a mean of no step", _FIELDS, _NO_STEP, "a mean of steps 2 to 2"),
-        ("snapshots every −1 steps", _FIELDS, _output(every_steps=-1), "fields every −1 steps"),
+        ("a mean of every 0th step", _FIELDS, _with(fields={"mean_stop": 2}), "a mean of every 0th of steps 0 to 2"),
+        ("a mean of no step", _FIELDS, _with(fields=_NO_STEP), "a mean of steps 2 to 2"),
+        ("snapshots every −1 steps", _FIELDS, _with(fields={"every_steps": -1}), "fields every −1 steps"),
         ("a negative number of cells", _CELLS, _cells(32, -24, -24), "32 × −24 × −24 cells"),
         ("2⁹³ cells", _CELLS, _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells"),
     ),
