@@ -229,20 +229,12 @@ def curves(sweep: SweepRecord, result: Result, width_inches: float = COLUMN_INCH
         axes.axhline(0, color=LIGHT.faint, linewidth=1)
     if 1 < len(combinations) <= _MOST_LABELS:
         legend_above(axes, columns=_MOST_LABELS)
-    elif len(combinations) > 1:
-        _colour_bar(figure, axes, others, combinations)
+    elif len(combinations) > 1:  # too many lines for a legend: the first and the last are named
+        bar = colour_bar(figure, ScalarMappable(cmap=VIOLET_TO_YELLOW), ax=axes, ticks=[0, 1])
+        ends = ([axis.text(place) for axis, place in zip(others, combinations[end])] for end in (0, -1))
+        bar.ax.set_yticklabels(map("\n".join, ends), fontsize=8)
+        bar.outline.set_visible(False)
     return figure
-
-
-def _colour_bar(figure: Any, axes: Any, others: Sequence[Axis], combinations: Sequence[tuple[float, ...]]) -> None:
-    """In place of a legend with too many lines: the first and the last curve are named."""
-    bar = colour_bar(figure, ScalarMappable(cmap=VIOLET_TO_YELLOW), ax=axes, ticks=[0, 1])
-    ends = [
-        "\n".join(axis.text(place) for axis, place in zip(others, combination))
-        for combination in (combinations[0], combinations[-1])
-    ]
-    bar.ax.set_yticklabels(ends, fontsize=8)
-    bar.outline.set_visible(False)
 
 
 def has_map(sweep: SweepRecord) -> bool:
