@@ -132,16 +132,14 @@ def _no_answer(trial):
     trial.expect_exit(74, within_s=1 + trial.subject.patience_s)
 
 
-def _welcome_of_another_major(trial, major):
-    trial.await_hello()
-    trial.welcome(f" of protocol {major}.0", protocol_major=major)
-    trial.expect_failure(65, is_sent=False)
-
-
-def _welcome_of_unknown_minor(trial):
+def _other_welcome(trial, major=None):
+    """Of another major version, or of a minor one that the component does not support."""
     trial.await_hello()
     minor = trial.hellos[DATA].envelope.hello.versions.minor_max + 1
-    trial.welcome(f" with minor version {minor}, which the Hello did not offer", minor)
+    if major is None:
+        trial.welcome(f" with minor version {minor}, which the Hello did not offer", minor)
+    else:
+        trial.welcome(f" of protocol {major}.0", protocol_major=major)
     trial.expect_failure(65, is_sent=False)
 
 
@@ -176,8 +174,8 @@ def checks(subject):
         check("ends when it is refused", _REFUSAL, _refusal),
         check("ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         check("ends without --endpoint and --session", _OPTIONS, _no_options),
-        *(version(f"a Welcome of protocol {n}.0 is refused", _welcome_of_another_major, (n,)) for n in _OTHER_MAJORS),
+        *(version(f"a Welcome of protocol {n}.0 is refused", _other_welcome, (n,)) for n in _OTHER_MAJORS),
         *(version(f"a request of protocol {n}.0 is refused", _request_of_another_major, (n,)) for n in _OTHER_MAJORS),
-        version("a Welcome of a minor version that it does not support is refused", _welcome_of_unknown_minor),
+        version("a Welcome of a minor version that it does not support is refused", _other_welcome),
         version("fields of a newer minor version are ignored", _newer_minor),
     ]
