@@ -24,7 +24,7 @@ class SignalRecorder:
         self._former = {}
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is not signal.SIG_IGN:
-                self._former[number] = signal.signal(number, self._note)
+                self._former[number] = signal.signal(number, lambda number, _: self.received.append(number))
         self._former[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, self._want_checkpoint)
         return self
 
@@ -39,9 +39,6 @@ class SignalRecorder:
         """Empties the descriptor."""
         with suppress(BlockingIOError):
             os.read(self.descriptor, 4096)
-
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        self.received.append(number)
 
     def _want_checkpoint(self, number: int, frame: FrameType | None) -> None:
         self.checkpoint_wanted = True
