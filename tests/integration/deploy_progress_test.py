@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import itertools
 import json
 import tempfile
 import unittest
@@ -134,6 +135,35 @@ class InAnotherVoice(unittest.TestCase):
 
     def test_quiet_is_silent(self):
         self.assertEqual(self.shown_as(messages.Voice.QUIET), "")
+
+
+class Stages(unittest.TestCase):
+    def stage(self, stream):
+        """What a stage writes that is counted twice, a quarter of a minute apart."""
+        times = itertools.count(0, messages.UPDATE_EVERY_S)
+        with contextlib.redirect_stderr(stream), mock.patch.dict("os.environ", TERM="xterm"):
+            with mock.patch("time.monotonic", lambda: next(times)), messages.Stage("building") as stage:
+                stage.count(1, 9)
+                stage.count(8, 0)
+
+    def test_a_stage_is_one_line_that_grows(self):
+        stream = io.StringIO()
+        self.stage(stream)
+        self.assertEqual(stream.getvalue(), "copepod: building … 1/9 … 30 s … 45 s\n")
+
+    def test_a_stage_is_redrawn_in_place_until_it_is_over(self):
+        terminal = Terminal()
+        self.stage(terminal)
+        lines = [f"\rcopepod: building … {text}\033[K" for text in ("", "1/9 ", "30 s ", "45 s")]
+        self.assertEqual(terminal.text(), "".join(lines) + "\n")
+
+    def test_programs_get_a_notice_for_each_news_of_a_stage(self):
+        self.addCleanup(messages.speak, messages.Voice.LINES)
+        messages.speak(messages.Voice.JSON)
+        stream = io.StringIO()
+        self.stage(stream)
+        texts = [json.loads(line)["text"] for line in stream.getvalue().splitlines()]
+        self.assertEqual(texts, ["building …", "building … 1/9", "building … 30 s", "building … 45 s"])
 
 
 class Events(unittest.TestCase):

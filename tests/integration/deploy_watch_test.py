@@ -6,10 +6,13 @@ import signal
 import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_run.hosts_launcher import HostsLauncher
 from copepod_run.launcher import Launcher, Process
 from copepod_run.outcome import lost
+from copepod_run.processes import Wrong
 from copepod_run.signals import SignalRecorder
 from copepod_run.watch import Watch
 
@@ -140,6 +143,26 @@ class WatchOfThreeHosts(unittest.TestCase):
         self.emit(event="phase", phase="running")
         self.watch.wait()
         self.assertEqual(received, [signal.SIGUSR1])
+
+
+class CommandThatWasAway(unittest.TestCase):
+    def test_what_was_stopped_meanwhile_counts_from_then_on(self):
+        launcher = Launcher.__new__(Launcher)
+        launcher._since, launcher._attention = {}, mock.Mock()
+        launcher._wrong = lambda: [Wrong("a", 7, "stopped", "body", "0", "body_service")]
+        launcher._attention.was_away.side_effect = [False, True, False]
+        with mock.patch("time.monotonic", side_effect=[0.0, 5.0, 7.0]):
+            self.assertEqual([launcher.look() is None for _ in range(3)], [True, True, False])
+
+    def test_hosts_have_been_silent_from_then_on(self):
+        launcher = HostsLauncher.__new__(HostsLauncher)
+        launcher._connections, launcher._attention = [mock.Mock(answered=0.0)], mock.Mock()
+        launcher._since, launcher._wrong, launcher._lost = {}, lambda: [], lambda: iter(())
+        for was_away, answered in ((False, 0.0), (True, 5.0)):
+            launcher._attention.was_away.return_value = was_away
+            with mock.patch("time.monotonic", return_value=5.0):
+                self.assertIsNone(launcher.look())
+            self.assertEqual(launcher._connections[0].answered, answered)
 
 
 if __name__ == "__main__":

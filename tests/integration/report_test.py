@@ -449,6 +449,12 @@ class Report(CommandTest):
         self.assertIn("Flow in the x–z plane at y = 6 µm, step 400 (400 ns), in the laboratory frame", text)
         self.assertIn("design_a, radius 2 µm to 4 µm, cell 1 µm, step 1 ns, period 400 ns.", text)
 
+    def test_options_of_the_flow_are_not_mixed_up(self):
+        write_run(self.folder / "run")
+        code, session = self.report("run", "--frame", "B1", "--zoom", "B7", "--margin", "1e-6")
+        self.assertEqual(code, 2)
+        self.assertIn("--zoom B7 does not suit design_a", session.stderr[-1])
+
 
 if __name__ == "__main__":
     unittest.main()

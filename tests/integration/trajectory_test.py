@@ -68,6 +68,10 @@ class TrajectoryTest(WholeRunTest):
         self.assertEqual(one.bodies, other.bodies)
         self.assertEqual((one.bodies[0], len(one.bodies), len(one)), ("swimmer_01.B2", 120, 101))
         np.testing.assert_array_equal(one.columns(), other.columns())
+        with mock.patch("copepod_report.trajectory._MOST_VALUES", 0):  # of a table that is read whole
+            np.testing.assert_array_equal(
+                Trajectory(compact).of(one.bodies[5])["force_N"], other.all_of("force_N")[:, 5]
+            )
         samples = np.load(compact / "trajectory.npy", mmap_mode="r")
         self.assertEqual(samples["orientation_wxyz"].shape, (101, 120, 4))
         np.testing.assert_array_equal(samples["step"], other.steps)
@@ -139,9 +143,6 @@ class TrajectoryTest(WholeRunTest):
         self.assertEqual(len(Trajectory(directory)), 50)
         path.write_bytes(whole)
         self.assertEqual([step for step, _ in growing.look()], list(range(500, 801, 10)))
-        with mock.patch("copepod_report.trajectory._MOST_VALUES", 0):  # of a quantity that is read whole
-            one = Trajectory(directory).of_one("position_m", 1)
-        np.testing.assert_array_equal(one, np.load(path)["position_m"][:, 1])
 
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "mounts a file system")
     def test_full_disk_is_named(self):

@@ -108,6 +108,11 @@ class Scene(unittest.TestCase):
         found = np.array(motion["low"]) + np.array(motion["span"]) * levels / 65535
         np.testing.assert_allclose(found, 1e6 * samples_of().position_m, atol=1e-4 * 6)
 
+    def test_speeds_are_shares_of_the_fastest_of_each_body(self):
+        motion = self.scene["motion"]
+        self.assertEqual(motion["fastest_m_per_s"], [2e-3] * 3)
+        self.assertEqual(set(numbers(motion["speeds"], "<u2")), {65535})
+
     def test_only_bodies_that_turn_have_orientations_by_sample(self):
         motion = self.scene["motion"]
         self.assertEqual(motion["turning"], [1])

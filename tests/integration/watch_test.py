@@ -121,6 +121,13 @@ class Server(WatchTest):
         session.process.send_signal(signal.SIGINT)
         self.assertEqual(session.end(), 130)
 
+    def test_the_end_of_a_run_is_announced_to_those_who_have_not_opened_the_page(self):
+        run = GrowingRun(self.folder / "run")
+        run.write_until(20)
+        session, _ = self.watch()
+        run.finish()
+        session.wait_for("finished; the page stays until Ctrl-C.")
+
     def test_only_this_machine_and_its_own_names_are_served(self):
         GrowingRun(self.folder / "run").release()
         session, address = self.watch()
