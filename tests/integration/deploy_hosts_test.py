@@ -9,7 +9,7 @@ from unittest import mock
 
 from copepod_session import ROOT, WholeRunTest  # sets the path of our modules
 
-from copepod_run import hosts
+from copepod_run import components, hosts
 from copepod_run.errors import ExitCode
 from copepod_run.outcome import describe_exit, judge
 from copepod_run.plan import Plan
@@ -90,6 +90,15 @@ class Connecting(unittest.TestCase):
             self.assertEqual((in_job[0], in_job[-4:]), ("srun", ["--nodelist=b", "/bin/sh", "-c", "echo 'a b'"]))
             os.environ["COPEPOD_SSH"] = "ssh -p 2222"
             self.assertEqual(hosts.connecting_command("b", ["true"]), ["ssh", "-p", "2222", "b", "true"])
+
+
+class ReplacedFluid(unittest.TestCase):
+    def test_it_is_started_once_unless_it_announces_mpi_or_ranks_are_chosen(self):
+        values = {"commands": {"fluid": ["true"]}, "body_solver": "own", "unasked": frozenset()}
+        replaced = dataclasses.replace(plan(), fluid_ranks=2, **values)
+        for features, chosen, ranks in (((), None, 1), (("mpi",), None, 2), ((), 2, 2)):
+            with mock.patch.object(components, "announces", lambda _, feature: feature in features):
+                self.assertEqual(components.settled(replaced, chosen).fluid_ranks, ranks)
 
 
 class LostHosts(unittest.TestCase):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import select
 import signal
 import time
 import unittest
@@ -89,10 +90,10 @@ class WatchOfThreeHosts(unittest.TestCase):
         events, self.coupler_stdout = os.pipe()
         self.addCleanup(os.close, events)
         self.addCleanup(os.close, self.coupler_stdout)
-        signals = SignalRecorder()
-        self.addCleanup(signals.__exit__)
+        self.signals = SignalRecorder()
+        self.addCleanup(self.signals.__exit__)
         self.display = Display()
-        self.watch = Watch(self.launcher, events, signals.__enter__(), self.display, ranks=1)
+        self.watch = Watch(self.launcher, events, self.signals.__enter__(), self.display, ranks=1)
         self.addCleanup(self.watch.close)
 
     def emit(self, **event):
@@ -143,6 +144,7 @@ class WatchOfThreeHosts(unittest.TestCase):
         self.emit(event="phase", phase="running")
         self.watch.wait()
         self.assertEqual(received, [signal.SIGUSR1])
+        self.assertEqual(select.select([self.signals.descriptor], [], [], 0)[0], [])
 
 
 class CommandThatWasAway(unittest.TestCase):

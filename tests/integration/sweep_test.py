@@ -437,6 +437,15 @@ class ReportOfASweep(CommandTest):
         self.assertEqual([tick.get_text() for tick in axes.get_xticklabels()], ["stokes", "vacuum"])
 
 
+class ManyCurves(unittest.TestCase):
+    def test_the_first_and_the_last_are_named_beside_the_colours(self):
+        places = np.array([(x, y) for y in range(12) for x in range(3)], float)
+        axes = [sweeps.Axis(key, key, False, places[:, n], [], key, "") for n, key in enumerate("xy")]
+        result = sweeps.Result("u", "u [m/s]", places.sum(axis=1), np.full(36, np.nan))
+        figure = sweeps.curves(sweeps.SweepRecord("sweep", [""] * 36, axes, [result]), result)
+        self.assertEqual([label.get_text() for label in figure.axes[1].get_yticklabels()], ["y 0", "y 11"])
+
+
 class SweepOfThePage(WholeRunTest):
     """docs/your_first_own_swimmer.md: from one file to a figure with two commands."""
 
