@@ -38,7 +38,7 @@ CONTINUOUS_INTEGRATION = (
     *("python3-pip", "python3-setuptools", "python3-wheel"),
     *("clang-format", "clang-tidy", "clang", "libclang-rt-dev", "lld", "gcovr"),
     *("help2man", "python3-argcomplete", "man-db", "git", "black", "flake8", "mypy"),
-    *("gfortran", "mmdebstrap", "lintian"),
+    *("gfortran", "dpkg-dev", "file", "lintian", "mmdebstrap"),
     *("nodejs", "npm", "chromium", "openssh-server", "iproute2", "slurm-wlm"),
 )
 # Often installed from elsewhere, in versions that conflict with Debian's: the command is what counts.
