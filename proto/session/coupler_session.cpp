@@ -52,10 +52,14 @@ HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation
         "(it holds the key of the " + expectation.identity + " component). Give it the key file of its own role.",
         false);
   const auto minor = negotiate(expectation.versions, hello.versions);
-  if (!minor)
+  if (!minor) {
+    const bool is_older = hello.versions.major < expectation.versions.major;
     return refused("(it supports protocol " + to_text(hello.versions) + ", the coupler " +
-                       to_text(expectation.versions) + "). Build both from the same release.",
+                       to_text(expectation.versions) + "). " +
+                       (is_older ? "Build it with the kit of this release: docs/moving_to_a_newer_kit.md."
+                                 : "Build both from the same release."),
                    false);
+  }
   if (expectation.role_taken)
     return refused("(a " + role + " component already takes part). Start one component per role.", true);
   return {minor, {}, false};

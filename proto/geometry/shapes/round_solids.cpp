@@ -70,7 +70,10 @@ Surface surface_of_rings(const std::vector<Ring>& rings, int around) {
     }
     if (i > 0) {
       auto& strip = surface.strip;
-      if (!strip.empty()) strip.insert(strip.end(), {strip.back(), upper});
+      if (!strip.empty()) {
+        strip.push_back(strip.back());
+        strip.push_back(upper);
+      }
       for (int j = 0; j <= around; ++j)
         strip.insert(strip.end(), {upper + j % points_of(rings[i - 1]), first + j % points_of(ring)});
     }

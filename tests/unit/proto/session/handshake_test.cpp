@@ -29,6 +29,8 @@ TEST(Handshake, RefusesVersionsThatDoNotOverlapAndNamesBoth) {
             "The fluid component on node7 was refused (it supports protocol 1.0 to 1.1, the coupler 1.2 to "
             "1.4). Build both "
             "from the same release.");
+  EXPECT_NE(judge_hello(hello_with({0, 0, 9}), kExpectation).reason.find("docs/moving_to_a_newer_kit.md"),
+            std::string::npos);
   EXPECT_FALSE(judge_hello(hello_with({2, 0, 9}), kExpectation).accepted());
   EXPECT_FALSE(judge_hello(hello_with({1, 5, 9}), kExpectation).accepted());
 }
