@@ -36,7 +36,7 @@ CONTINUOUS_INTEGRATION = (
     *DOCUMENTATION,
     *("python3-jsonschema", "python3-nbclient", "python3-ipykernel"),
     *("python3-pip", "python3-setuptools", "python3-wheel"),
-    *("clang-format", "clang-tidy", "clang", "libclang-rt-dev", "lld", "gcovr"),
+    *("clang-format", "clang-tidy", "clang", "libclang-rt-dev", "lld", "gcovr", "valgrind"),
     *("help2man", "python3-argcomplete", "man-db", "git", "black", "flake8", "mypy"),
     *("gfortran", "dpkg-dev", "file", "lintian", "mmdebstrap"),
     *("nodejs", "npm", "chromium", "openssh-server", "iproute2", "slurm-wlm"),

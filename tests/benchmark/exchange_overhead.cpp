@@ -5,7 +5,8 @@
 //   exchange_overhead [--exchanges 4000] [--any-result]
 //
 // Ends with 1 if a target of the project is missed, unless any result will do. Starts itself as the other
-// process: `echo …` and `fluid …`.
+// process: `echo …` and `fluid …`. `alone BODIES EXCHANGES` makes exchanges without any transport and measures nothing:
+// tests/benchmark/instructions_test.py counts their instructions.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -422,6 +423,11 @@ int main(int argc, char** argv) {
   const std::string role = argc > 1 ? argv[1] : "";
   if (role == "echo") return echo(argc, argv);
   if (role == "fluid") return run_fluid_component(argc - 1, argv + 1, silent_component());
+  if (role == "alone" && argc == 4) {
+    ExchangeWithoutTransport alone(std::atoi(argv[2]));
+    for (int i = 0; i < std::atoi(argv[3]); ++i) alone.exchange();
+    return 0;
+  }
   int exchanges = 4000;
   bool takes_any_result = false;
   CLI::App app{"Cost of an exchange beside a plain ZeroMQ echo"};
