@@ -81,7 +81,10 @@ def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Mem
             "See docs/protocol.md, Estimates."
         ) from None
     reasons = [line.removeprefix("error: ") for line in errors.splitlines() if line.startswith("error: ")]
-    raise BadCase(reasons[0] if reasons else f"the {role} component refuses the case (exit code {code}).")
+    reason = reasons[0] if reasons else f"the {role} component refuses the case (exit code {code})."
+    if reason.startswith("A message was refused"):  # by a kit of another protocol: the setup has what that one lacks
+        reason += f" Build the {role} component with the kit of this release: docs/moving_to_a_newer_kit.md."
+    raise BadCase(reason)
 
 
 def size_text(size_bytes: float) -> str:

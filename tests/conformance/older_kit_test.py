@@ -93,8 +93,10 @@ class KitOf10(Kits):
     def test_is_refused_with_the_way_to_move(self):
         kit = self.unpack("1.0")
         fluid = kit / "examples/stokes_drag_fluid.py"
-        # What the example announces is less than a case of today needs, which would be found before the start.
-        fluid.write_text(fluid.read_text().replace('"checkpoint"', '"checkpoint", "neglects:boundary"'))
+        done, _ = self.run_case("asked", fluid=with_kit(kit, fluid))  # for an estimate, before it is started
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.assertIn("docs/moving_to_a_newer_kit.md", done.stderr.splitlines()[-1])
+        fluid.write_text(fluid.read_text().replace(", FEATURES), estimate))", ", FEATURES)))"))
         done, _ = self.run_case("refused", fluid=with_kit(kit, fluid))
         self.assertEqual(done.returncode, 65, done.stdout + done.stderr)
         reason = (
