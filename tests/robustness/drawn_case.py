@@ -647,7 +647,7 @@ class _Draw:
             self.case["groups"].append({"name": "group", "bodies": bodies, "period_steps": rng.randint(20, 60)})
         self.case["run"] = {"steps": self.steps}
         self.case["output"] = {
-            "trajectory": {"every_steps": rng.randint(1, 20), "format": rng.choice(["csv", "csv", "hdf5"])},
+            "trajectory": {"every_steps": rng.randint(1, 20), "format": rng.choice(["csv", "csv", "npy"])},
             "bodies": {"every_steps": 0},
             "checkpoint": {"every_steps": rng.randint(1, self.steps - 1), "every_wall_s": 0},
         }

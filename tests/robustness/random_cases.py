@@ -30,7 +30,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import h5py
 from drawn_case import draw, stop_step
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -144,10 +143,8 @@ def _outcome(folder, ended):
         return Outcome(ended.returncode, reason=(ended.stderr or ended.stdout).strip()[-400:])
     rest = {}
     for table in ("trajectory", "obstacles"):
-        if (folder / f"{table}.csv").exists():
-            rest[table] = (folder / f"{table}.csv").read_bytes()
-        elif (folder / f"{table}.h5").exists():
-            rest[table] = _content(folder / f"{table}.h5")
+        for path in (folder / f"{table}.csv", folder / f"{table}.npy"):
+            rest |= {table: path.read_bytes()} if path.exists() else {}
     if ended.returncode == 70:
         step = re.search(r'"step":(\d+),"reason"|at step (\d+): ', ended.stdout + ended.stderr)
         reason = json.loads((folder / "provenance.json").read_text())["exit_reason"]
@@ -159,14 +156,6 @@ def _outcome(folder, ended):
     cycles = folder / "cycles.csv"
     rest["cycles"] = cycles.read_bytes() if cycles.exists() else b""
     return Outcome(0, summary["digest"], rest=rest)
-
-
-def _content(path):
-    """Values of all datasets of an HDF5 file."""
-    found = {}
-    with h5py.File(path) as file:
-        file.visititems(lambda name, item: found.update({name: item[()].tobytes()} if hasattr(item, "dtype") else {}))
-    return found
 
 
 def _interrupted(base, folder, step):
