@@ -123,6 +123,8 @@ class IncludeRules(PlantedTree):
             ("body_service/model/wrong.cpp", "btBulletDynamicsCommon.h"),
             ("coupler/run/wrong.cpp", "LinearMath/btVector3.h"),
             ("body_service/engine/wrong.cpp", "mujoco/mujoco.h"),
+            ("body_service/model/wrong.cpp", "immintrin.h"),
+            ("proto/geometry/wrong.hpp", "arm_neon.h"),
         ):
             with self.subTest(f"{path} includes {header}"):
                 self.expect_refusal("check_includes", path, f"#include <{header}>\n", f"<{header}> outside")

@@ -16,11 +16,10 @@ PAUSE_S = 1.0  # a gap in this thread's own attention
 GRACE_S = 2.0  # for the solver's thread, after a stop request
 
 
-class ControlLane(threading.Thread):
-    """Owns its socket once the thread has started."""
+class ControlLane:
+    """Owns its socket once the thread has started. It has a thread, and is none: names of Thread's own change."""
 
     def __init__(self, socket, endpoint, hello, context, orphan_after_s, log):
-        super().__init__(daemon=True)
         self._socket, self._endpoint, self._hello, self._context = socket, endpoint, hello, context
         self._orphan_after_s, self._log = orphan_after_s, log
         self._header: Any = None  # (session_id, epoch) once welcomed
@@ -28,7 +27,10 @@ class ControlLane(threading.Thread):
         self._disconnected_since = None
         self._last_ping = self._last_look = 0.0
 
-    def run(self):
+    def start(self):
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self):
         socket = self._socket
         # Monitored before it connects: otherwise the first event could be missed, and the coupler considered lost.
         monitor = socket.get_monitor_socket(zmq.EVENT_CONNECTED | zmq.EVENT_DISCONNECTED | zmq.EVENT_CLOSED)
