@@ -94,7 +94,7 @@ class InstalledKit(unittest.TestCase):
         named = {
             name
             for path in sources
-            for name in re.findall(r"\b(?:proto/)?((?:[a-z_]+/)+[a-z_]+\.hpp)\b", path.read_text())
+            for name in re.findall(r"\b(?:proto/|fluid_service/)?((?:[a-z_]+/)+[a-z_]+\.hpp)\b", path.read_text())
         }
         self.assertEqual(named - headers, set())
         uses_the_drive = "copepod::drive_loads({}, Eigen::VectorXd(), copepod::Kinematics(), loads);"
