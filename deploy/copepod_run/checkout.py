@@ -31,6 +31,7 @@ def _root() -> Path:
 PREFIX = _prefix()
 ROOT = _root()
 BUILD = ROOT / "build"
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "copepod") if PREFIX else BUILD
 COMMAND = PREFIX / "bin/copepod" if PREFIX else ROOT / "deploy/copepod"
 PROGRAMS = ("coupler", "fluid_service", "body_service", "in_process_run")
 _OF_ENGINES = ("bullet_body_service", "mujoco_body_service")  # only where the libraries are

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from copepod_run import components
-from copepod_run.checkout import BUILD, chosen_programs, program
+from copepod_run.checkout import CACHE, PREFIX, chosen_programs, program
 from copepod_run.errors import BadCase
 from copepod_run.figures import prefix_of
 from copepod_run.messages import elapsed_text
 from copepod_run.plan import Plan
 from copepod_run.run_directory import read_object
 
-_SPEEDS = BUILD / "measured_speed.json"
+_SPEEDS = CACHE / "measured_speed.json"
 _ANSWER_WITHIN_S = 60
 _FEWEST_STEPS = 100  # of a run that shows a speed
 _MOMENT_S = 0.2
@@ -141,6 +141,8 @@ def remember(plan: Plan, summary: Mapping[str, Any]) -> None:
         seconds = summary["wall_s"] / plan.steps
         speeds[_solver_of(plan)] = {str(plan.estimate.get("bodies", 1)): seconds}  # of the latest run only
     with suppress(OSError):  # a read-only checkout; only an estimate is lost
+        if PREFIX:
+            CACHE.mkdir(parents=True, exist_ok=True)
         _SPEEDS.write_text(json.dumps(speeds, indent=2) + "\n")
 
 

@@ -85,6 +85,9 @@ class InstalledInACleanRoot(unittest.TestCase):
         for transport in ("ipc", "in_process"):
             said = self.ends("run", QUICK, "--out", transport, "--set", f"services.transport={transport}")
             self.assertIn(SHOWN, said)
+        self.assertIn(
+            "MLUPS of the last", self.ends("check", QUICK)
+        )  # what a run has shown is kept in the user's cache
         self.ends("report", "ipc")
         self.assertIn("finished", (self.image.root / "work/ipc/report/report.html").read_text())
 
