@@ -19,6 +19,10 @@ from pathlib import Path
 SHM = "size=64m"  # what container runtimes give
 
 
+class NoDebian(Exception):
+    """mmdebstrap could not make a root, and why."""
+
+
 @dataclass
 class Image:
     root: Path
@@ -95,10 +99,12 @@ def instructions(text):
 
 
 def base(root):
-    """A new Debian 12 with the packages that a minimal system has."""
+    """A new Debian 12 with the packages that a minimal system has. Raises NoDebian if there is no way to a mirror."""
     root.parent.mkdir(parents=True, exist_ok=True)
     command = ["mmdebstrap", "--quiet", "--mode=root", "--variant=minbase", "--skip=cleanup/apt", "bookworm", str(root)]
-    subprocess.run(command, check=True)
+    made = subprocess.run(command, stderr=subprocess.PIPE, text=True)
+    if made.returncode != 0:
+        raise NoDebian(made.stderr.strip()[-500:])
     return Image(root)
 
 
