@@ -92,7 +92,7 @@ def _require_run(directory: Path) -> None:
 def validate(options: Namespace) -> int:
     """Runs the matrix, writes the page and prints where it is."""
     if options.all or not options.out:
-        _require_checkout("name a folder with --out, or validate all" if options.all else "name a folder with --out")
+        _require_checkout("validate --all" if options.all else "validate without --out")
     folder = Path(options.out or ROOT / "docs/results")
     make_folder(folder)
     build.ensure_programs()
@@ -127,15 +127,15 @@ def validate(options: Namespace) -> int:
     return ExitCode.FINISHED
 
 
-def _require_checkout(otherwise: str) -> None:
+def _require_checkout(command: str) -> None:
     """Raises Stop(2) in an installed package, in which some things have no place."""
     if PREFIX:
-        raise BadCase(f"this Copepod is an installed package: {otherwise} from a checkout of the source.")
+        raise BadCase(f"{command} needs the source (this Copepod is an installed package). Run it in a checkout.")
 
 
 def setup(options: Namespace) -> int:
     """Prepares the machine and builds, nothing else; for containers and continuous integration."""
-    _require_checkout("there is nothing to set up")
+    _require_checkout("setup")
     if options.ci:
         packages.ensure(packages.BUILD_AND_RUN + packages.CONTINUOUS_INTEGRATION)
     if options.packages_only:
@@ -147,7 +147,7 @@ def setup(options: Namespace) -> int:
 
 def test(options: Namespace) -> int:
     """Exit code of ctest, which writes the summary itself."""
-    _require_checkout("there is no test suite")
+    _require_checkout("test")
     build.ensure_targets()
     jobs = str(len(os.sched_getaffinity(0)) + 1)  # tests of processes spend most of their time waiting
     return subprocess.run(["ctest", "--preset", "release", "-j", jobs, *options.ctest_arguments], cwd=ROOT).returncode

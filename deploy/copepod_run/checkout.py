@@ -8,19 +8,19 @@ from importlib import metadata
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-
 _PYTHON = Path(__file__).resolve().parent.parent  # the folder of this package and its neighbours
+_IS_CHECKOUT = (_PYTHON.parent / "deploy/copepod").exists()
 
 
 def _prefix() -> Path | None:
     """Where a package was installed, as /usr, with Python's part in lib/python3/dist-packages; None in a checkout."""
     prefix = _PYTHON.parent.parent.parent
-    return prefix if (prefix / "libexec/copepod").is_dir() else None
+    return prefix if not _IS_CHECKOUT and (prefix / "libexec/copepod").is_dir() else None
 
 
 def _root() -> Path:
     """The checkout that holds this file, or the one that pip has installed it from; shared files of a package."""
-    if (_PYTHON.parent / "deploy" / "copepod").exists():
+    if _IS_CHECKOUT:
         return _PYTHON.parent
     if PREFIX:
         return PREFIX / "share/copepod"

@@ -194,7 +194,7 @@ def keep(line, file):
 def check(build, writes):
     """Exit code."""
     if not shutil.which("valgrind"):
-        print("skipped: there is no valgrind (deploy/copepod setup --ci installs it).")
+        print("skipped: valgrind is missing (deploy/copepod setup --ci installs it).")
         return SKIPPED
     used, rates, counted = compiler(build), machine(build), counts(build)
     line = {"commit": git("describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")}

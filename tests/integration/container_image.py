@@ -99,7 +99,7 @@ def instructions(text):
 
 
 def base(root):
-    """A new Debian 12 with the packages that a minimal system has. Raises NoDebian if there is no way to a mirror."""
+    """A new Debian 12 with the packages that a minimal system has. Raises NoDebian if it cannot be fetched."""
     root.parent.mkdir(parents=True, exist_ok=True)
     command = ["mmdebstrap", "--quiet", "--mode=root", "--variant=minbase", "--skip=cleanup/apt", "bookworm", str(root)]
     made = subprocess.run(command, stderr=subprocess.PIPE, text=True)

@@ -24,11 +24,7 @@ with copepod.Simulation({QUICK!r}, ranks=2) as simulation:
 run = copepod.run("{CONFIGS}/quick/vacuum.yaml", out="vacuum", set={{"run.steps": 800}}, quiet=True)
 assert len(run.trajectory), run.status
 """
-REFUSED = {
-    "test": "there is no test suite",
-    "setup": "there is nothing to set up",
-    "validate": "name a folder with --out",
-}
+REFUSED = {"test": "test needs the source", "setup": "setup needs", "validate": "validate without --out needs"}
 
 
 def can_make_roots():
@@ -54,6 +50,19 @@ class Packages(unittest.TestCase):
     def test_lintian_finds_no_error(self):
         done = subprocess.run(["lintian", "--fail-on", "error", *self.files], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_a_checkout_beside_them_is_no_package(self):
+        with tempfile.TemporaryDirectory() as usr:
+            modules = Path(usr, "src/copepod/deploy")
+            (modules / "copepod_run").mkdir(parents=True)
+            Path(usr, "libexec/copepod").mkdir(parents=True)
+            (modules / "copepod").touch()
+            shutil.copy(ROOT / "deploy/copepod_run/checkout.py", modules / "copepod_run")
+            asked = "from copepod_run.checkout import PREFIX, COMMAND; print(PREFIX, COMMAND)"
+            done = subprocess.run(
+                ["/usr/bin/python3", "-c", asked], env={"PYTHONPATH": str(modules)}, capture_output=True, text=True
+            )
+            self.assertEqual(done.stdout, f"None {modules}/copepod\n", done.stderr)
 
     def test_nothing_names_the_checkout(self):
         for file in self.files:
