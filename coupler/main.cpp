@@ -6,7 +6,7 @@
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
   return run_program(argc, argv, std::cout, std::cerr,
-                     [](const Options& options, const ServicesCase& services, const RunSignals& signals) {
-                       return std::make_unique<RemoteComponents>(options, services, signals.stop);
+                     [](const Options& options, const Case& the_case, const RunSignals& signals) {
+                       return std::make_unique<RemoteComponents>(options, the_case, signals.stop);
                      });
 }

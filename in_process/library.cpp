@@ -20,6 +20,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/sinks/null_sink.h>
 
+#include "config/setups.hpp"
 #include "copepod.h"
 #include "local_components.hpp"
 #include "run/program.hpp"
@@ -90,7 +91,6 @@ class TemporaryFolder {
 struct KeptSnapshot {
   TemporaryFolder folder;
   coupler::Snapshot snapshot;
-  Loads loads;
 };
 
 /// @param keeps_results  without, nothing is written on the way: it would fill the memory
@@ -125,13 +125,10 @@ class Simulation {
       throw CaseError(directory_.root().string() +
                       " holds a run already (which would be lost). Choose another folder.");
     write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
-    run_.open([&](const Capabilities& fluid, const Capabilities& body, std::int64_t) {
-      provenance_.set_components(fluid, body);
+    run_.open([&](const auto& components, std::int64_t) {
+      provenance_.set_components(components);
       provenance_.write_start();
     });
-    loads_.resize(run_.scheme().kinematics().bodies());
-    loads_.force_N.setZero();
-    loads_.torque_N_m.setZero();
     nlohmann::ordered_json description{{"step_s", loaded_.content.step_s},
                                        {"directory", directory != nullptr ? directory_.root().string() : ""},
                                        {"warnings", loaded_.warnings},
@@ -154,38 +151,36 @@ class Simulation {
     };
     const std::int64_t most = std::numeric_limits<std::int64_t>::max() - first;
     or_fail([&] { run_.advance(first + std::min(steps, most), pause); });
-    if (run_.scheme().step() > first) loads_ = run_.scheme().loads();
     return run_.scheme().step() - first;
   }
 
   [[nodiscard]] copepod_state observe() const {
     require_usable();
     const Kinematics& now = run_.scheme().kinematics();
+    const Loads& loads = run_.scheme().loads();
     return {run_.scheme().step(),        now.bodies(),
             now.position_m.data(),       now.orientation_wxyz.data(),
             now.velocity_m_per_s.data(), now.angular_velocity_rad_per_s.data(),
-            loads_.force_N.data(),       loads_.torque_N_m.data()};
+            loads.force_N.data(),        loads.torque_N_m.data()};
   }
 
   void act(std::int64_t actuator, double value, std::int64_t steps) {
-    const auto& springs = loaded_.assembly.drive_springs;
-    require(actuator >= 0 && actuator < static_cast<std::int64_t>(springs.size()),
-            "actuator " + std::to_string(actuator) + " is not there (the case has " + std::to_string(springs.size()) +
+    const std::size_t count = loaded_.assembly.drive.size();
+    require(actuator >= 0 && actuator < static_cast<std::int64_t>(count),
+            "actuator " + std::to_string(actuator) + " is not there (the case has " + std::to_string(count) +
                 "). See copepod_describe.");
     require_usable();
     require(std::isfinite(value) && steps >= 0, "an actuator's value must be finite, its steps not negative.");
     const auto number = static_cast<std::size_t>(actuator);
-    const int spring = springs[number];  // a rest length acts as a force
-    const double factor =
-        spring < 0 ? 1.0 : loaded_.assembly.springs[static_cast<std::size_t>(spring)].stiffness_N_per_m;
-    run_.driving().steer(number, run_.scheme().step(), factor * value, steps);
+    const double unit = coupler::unit_of_actuator(loaded_.assembly, number);
+    run_.driving().steer(number, run_.scheme().step(), unit * value, steps);
   }
 
   std::int64_t snapshot() {
     require_usable();
     TemporaryFolder folder;
     coupler::Snapshot saved = run_.save(folder.path());
-    snapshots_.emplace(++newest_snapshot_, KeptSnapshot{std::move(folder), std::move(saved), loads_});
+    snapshots_.emplace(++newest_snapshot_, KeptSnapshot{std::move(folder), std::move(saved)});
     return newest_snapshot_;
   }
 
@@ -193,7 +188,6 @@ class Simulation {
     const KeptSnapshot& kept = found(snapshot)->second;
     or_fail([&] { run_.restore(kept.snapshot); });
     failure_.reset();
-    loads_ = kept.loads;
   }
 
   void drop(std::int64_t snapshot) { snapshots_.erase(found(snapshot)); }
@@ -246,7 +240,6 @@ class Simulation {
   coupler::Provenance provenance_;
   coupler::CaseRun run_;
   std::string description_;
-  Loads loads_;  ///< during the step before
   std::optional<FailureReport> failure_;
   std::map<std::int64_t, KeptSnapshot> snapshots_;
   std::int64_t newest_snapshot_ = 0;

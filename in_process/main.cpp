@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
   if (argc == 4 && argv[1] == std::string("--estimate")) return print_estimate(std::atoi(argv[3]));
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   return coupler::run_program(argc, argv, std::cout, std::cerr,
-                              [](const auto&, const coupler::ServicesCase& services, const auto&) {
-                                return std::make_unique<LocalComponents>(services.fluid_ranks);
+                              [](const auto&, const coupler::Case& the_case, const auto&) {
+                                return std::make_unique<LocalComponents>(the_case.services.fluid_ranks);
                               });
 }

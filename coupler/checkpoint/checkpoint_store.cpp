@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 constexpr const char* name_start = "step_";
 constexpr const char* draft_name = "unfinished";
 constexpr std::size_t kept = 2;
-constexpr std::array own_names{"fluid.h5", "body.bin", "coupler.json", "manifest.json"};
+constexpr std::array own_names{fluid_file, body_file, "controller.", "coupler.json", "manifest.json"};
 constexpr const char* manifest_name = "manifest.json";
 constexpr int format_version = 3;
 
@@ -125,13 +125,12 @@ std::string find_damage(const fs::path& folder, const std::string& case_key) {
   return {};
 }
 
-void CheckpointStore::prepare(FluidSolver& fluid, BodySolver& body, const CouplerState& state) {
+void CheckpointStore::prepare(const SolversByFile& solvers, const CouplerState& state) {
   const fs::path draft = folder_ / draft_name;
   or_remove_draft([&] {
     make_way(draft);
     fs::create_directories(draft);
-    fluid.save((draft / "fluid.h5").string());
-    body.save((draft / "body.bin").string());
+    for (const auto& [name, solver] : solvers) solver->save((draft / name).string());
     write_durably(draft / "coupler.json", to_json(state).dump() + "\n");
   });
 }
@@ -199,8 +198,7 @@ FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
     if (damage.empty()) {
       try {
         found.state = read_state(folder);
-        found.fluid_path = folder / "fluid.h5";
-        found.body_path = folder / "body.bin";
+        found.folder = folder;
         damage = find_damage(found.state, step_of_name(folder.filename().string()), folder_.parent_path());
         if (damage.empty()) return found;
       } catch (const StorageError& error) {

@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "checkpoint/coupler_state.hpp"
-#include "contract/body_solver.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 
 namespace copepod::coupler {
 
@@ -22,15 +21,21 @@ void write_manifest(const std::filesystem::path& folder, const std::string& case
 /// @return what is wrong with it, empty if nothing is
 std::string find_damage(const std::filesystem::path& folder, const std::string& case_key);
 
+/// The solvers of a run by the names of their files.
+using SolversByFile = std::vector<std::pair<std::string, Solver*>>;
+inline constexpr const char* fluid_file = "fluid.h5";
+inline constexpr const char* body_file = "body.bin";
+inline std::string controller_file(const std::string& name) { return "controller." + name + ".bin"; }
+
 /// A checkpoint that can be resumed.
 struct FoundCheckpoint {
-  std::filesystem::path fluid_path;
-  std::filesystem::path body_path;
+  std::filesystem::path folder;
   CouplerState state;
   std::vector<std::string> skipped;  ///< newer ones that could not be used, and why
 };
 
-/// The checkpoints of a run: `checkpoints/step_000001000/{fluid.h5, body.bin, coupler.json, manifest.json}`.
+/// The checkpoints of a run: `checkpoints/step_000001000/` with fluid.h5, body.bin, a controller.NAME.bin for each,
+/// coupler.json and manifest.json.
 ///
 /// Writing takes two phases: everything goes to a folder with another name first; once it is complete and on
 /// the disk the folder gets its name. So a checkpoint that has a name is complete, and one that was damaged
@@ -42,9 +47,9 @@ class CheckpointStore {
   CheckpointStore(std::filesystem::path folder, std::string case_key)
       : folder_(std::move(folder)), case_key_(std::move(case_key)) {}
 
-  /// First phase: lets both solvers save, and saves the coupler's state beside them. Legal between two steps.
+  /// First phase: lets all solvers save, and saves the coupler's state beside them. Legal between two steps.
   /// @throws StorageError, and what the solvers throw; older checkpoints stay as they are
-  void prepare(FluidSolver& fluid, BodySolver& body, const CouplerState& state);
+  void prepare(const SolversByFile& solvers, const CouplerState& state);
 
   /// Second phase: reads everything back for its checksums, and makes it the newest checkpoint. Takes long
   /// for large ones, and needs no solver.

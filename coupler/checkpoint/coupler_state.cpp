@@ -115,6 +115,8 @@ ordered_json to_json(const CouplerState& state) {
           {"balance", encoded(state.balance)},
           {"tables", tables},
           {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
+          {"loads", encoded(state.loads)},
+          {"steered", state.steered},
           {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
 }
 
@@ -132,6 +134,10 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
                             whole_number<std::uint64_t>(end.at("checksum"))};
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};
+    if (json.contains("loads")) {  // states of older versions lack both
+      decode(json.at("loads"), state.loads);
+      json.at("steered").get_to(state.steered);
+    }
     json.at("components").at("fluid").get_to(state.fluid_component);
     json.at("components").at("body").get_to(state.body_component);
     return state;

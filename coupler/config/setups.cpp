@@ -174,6 +174,34 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   return setup;
 }
 
+ControllerSetup make_controller_setup(const Case& the_case, const Assembly& assembly, std::size_t number) {
+  ControllerSetup setup = the_case.controllers[number];
+  setup.step_s = the_case.step_s;
+  if (setup.bodies.empty())
+    for (const BodySpecification& body : assembly.bodies) setup.bodies.push_back(body.name);
+  return setup;
+}
+
+double unit_of_actuator(const Assembly& assembly, std::size_t number) {
+  const int spring = assembly.drive_springs[number];
+  return spring < 0 ? 1.0 : assembly.springs[static_cast<std::size_t>(spring)].stiffness_N_per_m;
+}
+
+AttachedController attached(std::unique_ptr<Controller> controller, const ControllerSetup& setup,
+                            const Assembly& assembly) {
+  AttachedController result{std::move(controller), setup.every_steps, {}, {}};
+  for (const std::string& name : setup.bodies)
+    result.bodies.push_back(std::ranges::find(assembly.bodies, name, &BodySpecification::name) -
+                            assembly.bodies.begin());
+  for (const std::string& path : setup.actuators) {
+    const auto number =
+        static_cast<std::size_t>(std::ranges::find(assembly.drive_paths, path) - assembly.drive_paths.begin());
+    const bool moves = assembly.drive[number].actuator.kind == ActuatorKind::joint_motion;
+    result.actuators.push_back({number, unit_of_actuator(assembly, number), moves});
+  }
+  return result;
+}
+
 std::set<std::string> required_of_fluid(const Case& the_case, const Assembly& assembly) {
   std::set<std::string> required = required_features(make_fluid_setup(the_case, assembly, ""));
   if (the_case.fluid.solver == FluidSolverChoice::external) required = without_methods(std::move(required));

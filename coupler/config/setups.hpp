@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/fluid_setup.hpp"
+#include "driving/controllers.hpp"
 
 namespace copepod::coupler {
 
@@ -17,6 +19,13 @@ namespace copepod::coupler {
 /// @param field_directory  absolute path of the run directory
 FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, const std::string& field_directory);
 BodySetup make_body_setup(const Case& the_case, const Assembly& assembly);
+ControllerSetup make_controller_setup(const Case& the_case, const Assembly& assembly, std::size_t number);
+
+/// What 1 of a steered value is in the drive: the stiffness of its spring for a rest length, which acts as a force.
+double unit_of_actuator(const Assembly& assembly, std::size_t number);
+/// A controller with the bodies and actuators of its setup.
+AttachedController attached(std::unique_ptr<Controller> controller, const ControllerSetup& setup,
+                            const Assembly& assembly);
 
 /// Features that a case requires of its components: those of the setup (contract/features.hpp) and those of
 /// the run.

@@ -27,6 +27,7 @@ class DrivingProtocol {
       actuators_.push_back(actuator);
       signals_.push_back(signal);
       starts_.push_back(actuator.kind == ActuatorKind::joint_motion ? value_of(signal, 0, 0.0) : 0.0);
+      steered_.emplace_back();
     }
   }
 
@@ -47,9 +48,21 @@ class DrivingProtocol {
   void steer(std::size_t actuator, std::int64_t step, double value, std::int64_t steps) {
     const auto start_steps = static_cast<double>(step);
     const double from = value_of(signals_[actuator], step, 0.0) - starts_[actuator];
+    const double end_steps = start_steps + static_cast<double>(steps);
+    follow(actuator, steps > 0 ? Course{start_steps, from, end_steps, value} : Course{start_steps, value});
+  }
+
+  /// Time [steps] and value of one or two points that an actuator moves between since it was steered; empty: never.
+  using Course = std::vector<double>;
+  [[nodiscard]] const std::vector<Course>& steered() const { return steered_; }
+
+  /// Continues a course.
+  void follow(std::size_t actuator, const Course& course) {
     starts_[actuator] = 0.0;
-    signals_[actuator] = {.kind = SignalKind::table, .amplitude = 1.0, .table = {{start_steps, value}}};
-    if (steps > 0) signals_[actuator].table = {{start_steps, from}, {start_steps + static_cast<double>(steps), value}};
+    signals_[actuator] = {.kind = SignalKind::table, .amplitude = 1.0, .table = {}};
+    for (std::size_t i = 0; i + 1 < course.size(); i += 2)
+      signals_[actuator].table.push_back({course[i], course[i + 1]});
+    steered_[actuator] = course;
   }
 
   /// What the values at the start of a step exert on the bodies.
@@ -63,6 +76,7 @@ class DrivingProtocol {
   std::vector<ActuatorSpecification> actuators_;
   std::vector<Signal> signals_;
   std::vector<double> starts_;  ///< of joints, at step 0
+  std::vector<Course> steered_;
 };
 
 }  // namespace copepod::coupler

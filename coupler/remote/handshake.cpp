@@ -39,13 +39,22 @@ std::optional<Hello> read_hello(conversion::Decoder& decoder, const transport::F
 
 std::string Party::description(int rank, std::int64_t step) const {
   const std::string process = rank == 0 ? ", process " + std::to_string(hello.pid) : "";
-  return "The " + std::string(name_of(session.role)) + " component on host " + hello.host + " (rank " +
-         std::to_string(rank) + process + ")" + (step < 0 ? "" : " at step " + std::to_string(step));
+  return "The " + name + " component on host " + hello.host + " (rank " + std::to_string(rank) + process + ")" +
+         (step < 0 ? "" : " at step " + std::to_string(step));
 }
 
-Parties::Parties() {
-  of(session::Role::fluid).session.role = session::Role::fluid;
-  of(session::Role::body).session.role = session::Role::body;
+Parties::Parties(const std::vector<std::string>& controllers) : parties_(2 + controllers.size()) {
+  for (std::size_t i = 0; i < parties_.size(); ++i) {
+    const auto role = static_cast<session::Role>(std::min<std::size_t>(i, 2));
+    parties_[i].session.role = role;
+    parties_[i].name = i < 2 ? std::string(name_of(role)) : controllers[i - 2];
+  }
+}
+
+Party* Parties::by_hello(const Hello& hello) {
+  const auto found = std::ranges::find_if(
+      parties_, [&](const Party& party) { return party.session.role == hello.role && party.name == hello.party(); });
+  return found == parties_.end() ? nullptr : &*found;
 }
 
 Party* Parties::by_peer(const std::string& peer, std::string Party::*lane) {
@@ -56,7 +65,7 @@ Party* Parties::by_peer(const std::string& peer, std::string Party::*lane) {
 std::string Parties::missing() const {
   std::vector<std::string> roles;
   for (const Party& party : parties_)
-    if (!party.is_complete()) roles.emplace_back(name_of(party.session.role));
+    if (!party.is_complete()) roles.push_back(party.name);
   return listed(roles, " and ");
 }
 
@@ -70,9 +79,13 @@ Handshake::Handshake(transport::Router& router, Parties& parties, std::string se
 std::string Handshake::handle(const transport::Frame& frame, double now_s) {
   const std::optional<Hello> hello = read_hello(decoder_, frame);
   if (!hello) return "A message was ignored (its sender is unknown, and it is not a Hello).";
-  const auto verdict = judge_hello(*hello, {{}, session_token_, is_role_taken(*hello), frame.identity});
+  Party* const party = parties_.by_hello(*hello);
+  // Both lanes of a component carry the same instance number; a lane with another number belongs to another component.
+  const bool is_taken = party != nullptr && !(party->data_peer.empty() && party->control_peer.empty()) &&
+                        party->hello.instance != hello->instance;
+  const auto verdict = judge_hello(*hello, {{}, session_token_, is_taken, frame.identity, party != nullptr});
   if (verdict.accepted()) {
-    admit(*hello, frame.peer, *verdict.minor, now_s);
+    admit(*party, *hello, frame.peer, *verdict.minor, now_s);
     return {};
   }
   router_.send(frame.peer, encoder_.encode(session::Header{}, session::Refusal{verdict.reason}));
@@ -80,16 +93,7 @@ std::string Handshake::handle(const transport::Frame& frame, double now_s) {
   return verdict.reason;
 }
 
-/// Both lanes of a component carry the same instance number; a lane with another number belongs to
-/// another component.
-bool Handshake::is_role_taken(const Hello& hello) const {
-  const Party& party = parties_.of(hello.role);
-  const bool is_known = !party.data_peer.empty() || !party.control_peer.empty();
-  return is_known && party.hello.instance != hello.instance;
-}
-
-void Handshake::admit(const Hello& hello, const std::string& peer, std::uint32_t minor, double now_s) {
-  Party& party = parties_.of(hello.role);
+void Handshake::admit(Party& party, const Hello& hello, const std::string& peer, std::uint32_t minor, double now_s) {
   const bool is_first = party.data_peer.empty() && party.control_peer.empty();
   const bool on_data_lane = hello.lane == Lane::data;
   if (is_first || on_data_lane) party.hello = hello;

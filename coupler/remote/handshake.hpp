@@ -1,9 +1,10 @@
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "conversion/codec.hpp"
 #include "session/coupler_session.hpp"
@@ -14,6 +15,7 @@ namespace copepod::coupler {
 
 /// What the coupler remembers of one component.
 struct Party {
+  std::string name;       ///< session::Hello::party
   session::Hello hello;   ///< of the data lane
   std::string data_peer;  ///< names of its lanes in the transport; empty before its Hello
   std::string control_peer;
@@ -32,21 +34,25 @@ struct Party {
   [[nodiscard]] std::string description(int rank, std::int64_t step) const;
 };
 
-/// The two components of a run.
+/// The components of a run: fluid, bodies, and the controllers in the order of the case.
 class Parties {
  public:
-  Parties();
+  explicit Parties(const std::vector<std::string>& controllers);
 
-  [[nodiscard]] Party& of(session::Role role) { return parties_[static_cast<std::size_t>(role)]; }
-  [[nodiscard]] const Party& of(session::Role role) const { return parties_[static_cast<std::size_t>(role)]; }
+  [[nodiscard]] Party& operator[](std::size_t number) { return parties_[number]; }
+  [[nodiscard]] const Party& operator[](std::size_t number) const { return parties_[number]; }
+  [[nodiscard]] std::size_t size() const { return parties_.size(); }
+
+  /// The one that a Hello is of, or null.
+  [[nodiscard]] Party* by_hello(const session::Hello& hello);
 
   /// The component that the name of a lane belongs to, or null.
   /// @param lane  data_peer or control_peer
   [[nodiscard]] Party* by_peer(const std::string& peer, std::string Party::*lane);
 
-  [[nodiscard]] bool are_complete() const { return parties_[0].is_complete() && parties_[1].is_complete(); }
+  [[nodiscard]] bool are_complete() const { return std::ranges::all_of(parties_, &Party::is_complete); }
 
-  /// "fluid", "body" or "fluid and body": whose Hello is still missing on a lane.
+  /// "fluid", "body" or "fluid and body", …: whose Hello is still missing on a lane.
   [[nodiscard]] std::string missing() const;
 
   auto begin() { return parties_.begin(); }
@@ -55,7 +61,7 @@ class Parties {
   [[nodiscard]] auto end() const { return parties_.end(); }
 
  private:
-  std::array<Party, 2> parties_;
+  std::vector<Party> parties_;
 };
 
 /// Admits components to a run: judges their Hellos, then welcomes or refuses them.
@@ -72,8 +78,7 @@ class Handshake {
   std::string handle(const transport::Frame& frame, double now_s);
 
  private:
-  void admit(const session::Hello& hello, const std::string& peer, std::uint32_t minor, double now_s);
-  [[nodiscard]] bool is_role_taken(const session::Hello& hello) const;
+  void admit(Party& party, const session::Hello& hello, const std::string& peer, std::uint32_t minor, double now_s);
 
   transport::Router& router_;
   Parties& parties_;

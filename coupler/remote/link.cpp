@@ -17,7 +17,6 @@ namespace copepod::coupler {
 using session::Health;
 using session::Heard;
 using session::MessageKind;
-using session::Role;
 
 namespace {
 
@@ -42,8 +41,8 @@ std::unique_ptr<transport::Router> make_router(const LinkSettings& settings) {
 
 /// The names of lanes are not secret; a sender that uses one must hold the key of its role.
 void require_entitlement(const Party& party, const transport::Frame& frame) {
-  if (session::is_entitled(frame.identity, party.session.role)) return;
-  throw Refused("A message in the name of the " + std::string(name_of(party.session.role)) +
+  if (session::is_entitled(frame.identity, party.name)) return;
+  throw Refused("A message in the name of the " + party.name +
                 " component was refused (its sender holds the key of the " + frame.identity +
                 " component). Find out who sent it; the run cannot be trusted.");
 }
@@ -66,6 +65,7 @@ Link::Link(const LinkSettings& settings, std::unique_ptr<transport::Router> rout
       patience_(patience_of(settings)),
       stop_signal_(settings.stop_signal),
       router_(std::move(router)),
+      parties_(settings.controllers),
       handshake_(*router_, parties_, settings.session) {}
 
 void Link::await_components() {
@@ -87,11 +87,11 @@ void Link::stay_in_touch_during(const std::function<void()>& work) {
 }
 
 void Link::finish() {
-  for (const Role role : {Role::fluid, Role::body}) {
+  for (std::size_t number = 0; number < parties_.size(); ++number) {
     const auto encode = [](conversion::Encoder& encoder, const session::Header& header) {
       return encoder.encode(header, MessageKind::finish);
     };
-    ask(role, MessageKind::finish, parties_.of(role).session.step, encode, [](const conversion::Decoder&) {});
+    ask(number, MessageKind::finish, parties_[number].session.step, encode, [](const conversion::Decoder&) {});
   }
 }
 
@@ -105,8 +105,8 @@ void Link::abort(const FailureReport& report) noexcept {
   }
 }
 
-Party& Link::open_request(Role role, MessageKind request, std::int64_t step) {
-  Party& party = parties_.of(role);
+Party& Link::open_request(std::size_t number, MessageKind request, std::int64_t step) {
+  Party& party = parties_[number];
   const session::Asked asked = session::ask(party.session, request, step);
   if (!asked.problem.empty()) throw std::logic_error(asked.problem);
   party.session = asked.session;
@@ -127,7 +127,7 @@ void Link::send_request(Party& party) {
   router_->send(party.data_peer, party.request);
 }
 
-/// One round of waiting: at most one message, or a look at both components if there is none.
+/// One round of waiting: at most one message, or a look at all components if there is none.
 void Link::attend() {
   throw_if_stopped();
   const double now = now_s();
@@ -219,8 +219,7 @@ void Link::look_after(Party& party) {
   const std::int64_t step = party.session.current_step();
   const std::string reason = party.description(rank, step) + " " + describe(health, party.liveness, now) + "." +
                              note_on_damage() + " Look at its log, then run again or resume from a checkpoint.";
-  throw ComponentLost(FailureReport{ExitCode::component_lost, std::string(name_of(party.session.role)),
-                                    party.hello.host, rank, step, reason});
+  throw ComponentLost(FailureReport{ExitCode::component_lost, party.name, party.hello.host, rank, step, reason});
 }
 
 void Link::send_again_if_lost(Party& party) {
@@ -242,7 +241,7 @@ PeerFailed Link::violation(const Party& party, std::int64_t step, const conversi
                              problem.problem() +
                              (diverged ? "). Look at its log and at the last steps of the trajectory."
                                        : "). Test it with: copepod conformance.");
-  return PeerFailed(FailureReport{code, std::string(name_of(party.session.role)), party.hello.host, 0, step, reason});
+  return PeerFailed(FailureReport{code, party.name, party.hello.host, 0, step, reason});
 }
 
 std::string Link::note_on_damage() const {

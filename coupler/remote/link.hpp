@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "contract/capabilities.hpp"
 #include "contract/errors.hpp"
@@ -24,18 +25,22 @@ struct LinkSettings {
   double silence_s = 3.0;                         ///< without a pong for this long: frozen or dead
   double progress_deadline_s = 60.0;              ///< pongs, but neither step, phase nor progress moves: hung
   std::string wire_file;                          ///< where to record every message; empty: nowhere
+  std::vector<std::string> controllers;           ///< their names
   const std::atomic<int>* stop_signal = nullptr;  ///< non-zero: waits throw Interrupted within 100 ms
 };
 
-/// The coupler's end of the wire to one fluid and one body component: sends a request, waits for its reply,
-/// and watches both components meanwhile.
+/// Number of a component among those of a run: the controllers follow, in the order of the case.
+enum Number : std::size_t { kFluid, kBody, kFirstController };
+
+/// The coupler's end of the wire to the components of a run: sends a request, waits for its reply, and watches all of
+/// them meanwhile.
 ///
 /// Legal call order:
-///   construct  ->  await_components  ->  RemoteFluid, RemoteBody (they keep a reference)  ->  finish
+///   construct  ->  await_components  ->  RemoteFluid, RemoteBody, RemoteController (they keep a reference)  ->  finish
 ///   stay_in_touch_during between any two of them; abort from anywhere.
 ///
-/// Owned and used by one thread. While any call waits, the control lanes of both components are pinged, so
-/// that the loss of one is also noticed while the coupler waits for the other. Errors that any waiting call
+/// Owned and used by one thread. While any call waits, the control lanes of all components are pinged, so
+/// that the loss of one is also noticed while the coupler waits for another. Errors that any waiting call
 /// throws: PeerFailed (reported by a component, or a breach of the protocol that names it), ComponentLost
 /// (died, froze or hung; names component, host, rank and the step of its open request), Interrupted
 /// (stop_signal).
@@ -50,16 +55,13 @@ class Link {
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
 
-  /// Waits for the Hello of a fluid and a body component on both lanes and welcomes them.
+  /// Waits for the Hello of every component on both lanes and welcomes them.
   /// @throws DeadlinePassed naming the missing ones, Refused for a component of another protocol version
   void await_components();
 
   /// Legal after await_components.
-  [[nodiscard]] const Capabilities& fluid_capabilities() const {
-    return parties_.of(session::Role::fluid).hello.capabilities;
-  }
-  [[nodiscard]] const Capabilities& body_capabilities() const {
-    return parties_.of(session::Role::body).hello.capabilities;
+  [[nodiscard]] const Capabilities& capabilities(std::size_t number) const {
+    return parties_[number].hello.capabilities;
   }
 
   /// Runs a long task of the coupler in another thread and pings the components meanwhile; otherwise they
@@ -67,7 +69,7 @@ class Link {
   /// @throws also what `work` throws; nothing is thrown before `work` is over
   void stay_in_touch_during(const std::function<void()>& work);
 
-  /// Ends the run: both components receive Finish, answer it and exit with 0.
+  /// Ends the run: every component receives Finish, answers it and exits with 0.
   void finish();
 
   /// Reports to every component that is still connected why the run ends; never throws, never waits.
@@ -77,8 +79,8 @@ class Link {
   /// @param encode  (Encoder&, const Header&) -> bytes
   /// @param read    (const Decoder&) of the reply
   template <class Encode, class Read>
-  void ask(session::Role role, session::MessageKind request, std::int64_t step, Encode encode, Read read) {
-    Party& party = open_request(role, request, step);
+  void ask(std::size_t number, session::MessageKind request, std::int64_t step, Encode encode, Read read) {
+    Party& party = open_request(number, request, step);
     party.request = encode(party.encoder, header_of(party.session));
     await_reply(party);
     try {
@@ -89,7 +91,7 @@ class Link {
   }
 
  private:
-  Party& open_request(session::Role role, session::MessageKind request, std::int64_t step);
+  Party& open_request(std::size_t number, session::MessageKind request, std::int64_t step);
   void await_reply(Party& party);
   void attend();
   void send_request(Party& party);

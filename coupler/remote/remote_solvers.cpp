@@ -8,7 +8,6 @@ using conversion::Decoder;
 using conversion::Encoder;
 using session::Header;
 using session::MessageKind;
-using session::Role;
 
 namespace {
 
@@ -33,7 +32,7 @@ void RemoteSolver<Interface>::save(const std::string& path) {
   const MessageKind kind = MessageKind::save;
   const session::CheckpointPath target{path};
   session::Saved saved;
-  link_.ask(role_, kind, next_step_, with(kind, target), into(saved));
+  link_.ask(number_, kind, next_step_, with(kind, target), into(saved));
   if (!saved.problem.empty()) throw StorageError(saved.problem);
 }
 
@@ -41,54 +40,75 @@ template <class Interface>
 void RemoteSolver<Interface>::restore(const std::string& path) {
   const MessageKind kind = MessageKind::restore;
   const session::CheckpointPath source{path};
-  link_.ask(role_, kind, next_step_, with(kind, source), nothing);
+  link_.ask(number_, kind, next_step_, with(kind, source), nothing);
 }
 
 template <class Interface>
 SolverSummary RemoteSolver<Interface>::summarise() {
   const MessageKind kind = MessageKind::summarise;
   SolverSummary summary;
-  link_.ask(role_, kind, next_step_, with(kind), into(summary));
+  link_.ask(number_, kind, next_step_, with(kind), into(summary));
   return summary;
 }
 
 template class RemoteSolver<FluidSolver>;
 template class RemoteSolver<BodySolver>;
+template class RemoteSolver<Controller>;
 
 RemoteFluid::RemoteFluid(Link& link, const FluidSetup& setup, std::int64_t first_step)
-    : RemoteSolver(link, Role::fluid, setup.loads(), first_step) {
-  link_.ask(role_, MessageKind::fluid_setup, first_step, with(setup), nothing);
+    : RemoteSolver(link, kFluid, setup.loads(), first_step) {
+  link_.ask(number_, MessageKind::fluid_setup, first_step, with(setup), nothing);
 }
 
 void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
-  link_.ask(role_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, columns_));
+  link_.ask(number_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, columns_));
   next_step_ = kinematics.step + 1;
 }
 
 RemoteBody::RemoteBody(Link& link, const BodySetup& setup, std::int64_t first_step)
-    : RemoteSolver(link, Role::body, static_cast<Eigen::Index>(setup.bodies.size()), first_step) {
+    : RemoteSolver(link, kBody, static_cast<Eigen::Index>(setup.bodies.size()), first_step) {
   session::Configured configured;
-  link_.ask(role_, MessageKind::body_setup, first_step, with(setup), into(configured));
+  link_.ask(number_, MessageKind::body_setup, first_step, with(setup), into(configured));
   driving_nodes_ = configured.driving_nodes;
 }
 
 void RemoteBody::kinematics(Kinematics& kinematics) {
   const MessageKind kind = MessageKind::kinematics_request;
-  link_.ask(role_, kind, next_step_, with(kind), into(kinematics, columns_));
+  link_.ask(number_, kind, next_step_, with(kind), into(kinematics, columns_));
 }
 
 void RemoteBody::step(const AppliedLoads& applied, Kinematics& next) {
   const std::int64_t step = applied.hydrodynamic.step;
-  link_.ask(role_, MessageKind::applied_loads, step, with(applied), into(next, columns_));
+  link_.ask(number_, MessageKind::applied_loads, step, with(applied), into(next, columns_));
   next_step_ = step + 1;
 }
 
-RemoteComponents::RemoteComponents(const Options& options, const ServicesCase& services,
-                                   const std::atomic<int>& stop_signal)
-    : settings_{options.endpoint,   options.session,
-                options.key_file,   services.connect_deadline_s,
-                services.silence_s, services.progress_deadline_s,
-                options.wire_file,  &stop_signal} {}
+RemoteController::RemoteController(Link& link, std::size_t number, const ControllerSetup& setup,
+                                   std::int64_t first_step)
+    : RemoteSolver(link, number, static_cast<Eigen::Index>(setup.bodies.size()), first_step),
+      action_(setup.actuators.size()) {
+  link_.ask(number_, MessageKind::controller_setup, first_step, with(setup), nothing);
+}
+
+std::vector<double> RemoteController::act(const Observation& observation) {
+  const std::int64_t step = observation.kinematics.step;
+  link_.ask(number_, MessageKind::observation, step, with(observation), into(action_));
+  next_step_ = step + 1;
+  return action_;
+}
+
+RemoteComponents::RemoteComponents(const Options& options, const Case& the_case, const std::atomic<int>& stop_signal)
+    : settings_{.endpoint = options.endpoint,
+                .session = options.session,
+                .key_file = options.key_file,
+                .connect_deadline_s = the_case.services.connect_deadline_s,
+                .silence_s = the_case.services.silence_s,
+                .progress_deadline_s = the_case.services.progress_deadline_s,
+                .wire_file = options.wire_file,
+                .controllers = {},
+                .stop_signal = &stop_signal} {
+  for (const ControllerCase& controller : the_case.controllers) settings_.controllers.push_back(controller.name);
+}
 
 void RemoteComponents::connect() {
   link_.emplace(settings_);
@@ -101,6 +121,11 @@ std::unique_ptr<FluidSolver> RemoteComponents::make_fluid(const FluidSetup& setu
 
 std::unique_ptr<BodySolver> RemoteComponents::make_body(const BodySetup& setup, std::int64_t first_step) {
   return std::make_unique<RemoteBody>(*link_, setup, first_step);
+}
+
+std::unique_ptr<Controller> RemoteComponents::make_controller(std::size_t number, const ControllerSetup& setup,
+                                                              std::int64_t first_step) {
+  return std::make_unique<RemoteController>(*link_, kFirstController + number, setup, first_step);
 }
 
 }  // namespace copepod::coupler

@@ -11,6 +11,7 @@
 #include "config/sections/case.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
+#include "contract/controller.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
 #include "remote/link.hpp"
@@ -29,11 +30,11 @@ class RemoteSolver : public Interface {
 
  protected:
   /// @param columns  of the replies in a step
-  RemoteSolver(Link& link, session::Role role, Eigen::Index columns, std::int64_t first_step)
-      : link_(link), role_(role), columns_(columns), next_step_(first_step) {}
+  RemoteSolver(Link& link, std::size_t number, Eigen::Index columns, std::int64_t first_step)
+      : link_(link), number_(number), columns_(columns), next_step_(first_step) {}
 
   Link& link_;
-  session::Role role_;
+  std::size_t number_;
   Eigen::Index columns_;
   std::int64_t next_step_;
 };
@@ -64,18 +65,35 @@ class RemoteBody final : public RemoteSolver<BodySolver> {
   std::vector<double> driving_nodes_;
 };
 
+class RemoteController final : public RemoteSolver<Controller> {
+ public:
+  /// Sends the setup and waits until the component has built its controller.
+  /// @param first_step  from which on it may be asked
+  RemoteController(Link& link, std::size_t number, const ControllerSetup& setup, std::int64_t first_step);
+
+  [[nodiscard]] std::vector<double> act(const Observation& observation) override;
+
+ private:
+  std::vector<double> action_;
+};
+
 /// Components in processes of their own, reached over the wire.
 class RemoteComponents final : public Components {
  public:
   /// @param options      where they connect, with what token and keys, and where to record messages
   /// @param stop_signal  non-zero ends every wait; must outlive this object
-  RemoteComponents(const Options& options, const ServicesCase& services, const std::atomic<int>& stop_signal);
+  RemoteComponents(const Options& options, const Case& the_case, const std::atomic<int>& stop_signal);
 
   void connect() override;
-  [[nodiscard]] const Capabilities& fluid_capabilities() const override { return link_->fluid_capabilities(); }
-  [[nodiscard]] const Capabilities& body_capabilities() const override { return link_->body_capabilities(); }
+  [[nodiscard]] const Capabilities& fluid_capabilities() const override { return link_->capabilities(kFluid); }
+  [[nodiscard]] const Capabilities& body_capabilities() const override { return link_->capabilities(kBody); }
+  [[nodiscard]] const Capabilities& controller_capabilities(std::size_t number) const override {
+    return link_->capabilities(kFirstController + number);
+  }
   std::unique_ptr<FluidSolver> make_fluid(const FluidSetup& setup, std::int64_t first_step) override;
   std::unique_ptr<BodySolver> make_body(const BodySetup& setup, std::int64_t first_step) override;
+  std::unique_ptr<Controller> make_controller(std::size_t number, const ControllerSetup& setup,
+                                              std::int64_t first_step) override;
   void finish() override { link_->finish(); }
   void stay_in_touch_during(const std::function<void()>& work) override { link_->stay_in_touch_during(work); }
   void abort(const FailureReport& report) noexcept override {

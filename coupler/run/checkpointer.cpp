@@ -86,12 +86,11 @@ bool Checkpointer::wants_pause(std::int64_t step) {
   return signals_.checkpoint.load() != 0 || schedule_.due(step, CheckpointSchedule::Clock::now());
 }
 
-void Checkpointer::write(FluidSolver& fluid, BodySolver& body, std::int64_t step,
-                         const std::function<CouplerState()>& state) {
+void Checkpointer::write(const SolversByFile& solvers, std::int64_t step, const std::function<CouplerState()>& state) {
   events_.phase("checkpointing");
   bool is_written = true;
   try {
-    commit(fluid, body, state);
+    commit(solvers, state);
   } catch (const StorageError& error) {
     const std::string text = "No checkpoint of step " + std::to_string(step) + ": " + error.what();
     spdlog::error(text);
@@ -109,14 +108,14 @@ void Checkpointer::write(FluidSolver& fluid, BodySolver& body, std::int64_t step
 
 /// Checks the disk first, to leave some room for other programs; if it fills up meanwhile, the solvers
 /// report that.
-void Checkpointer::commit(FluidSolver& fluid, BodySolver& body, const std::function<CouplerState()>& state) {
+void Checkpointer::commit(const SolversByFile& solvers, const std::function<CouplerState()>& state) {
   const std::uintmax_t needed = std::max(store_.newest_bytes(), expected_bytes_) + (std::uintmax_t{1} << 20);
   if (const std::uintmax_t available = free_bytes(store_.folder().parent_path()); available < needed) {
     throw StorageError(std::to_string(available) + " bytes are free where a checkpoint takes about " +
                        std::to_string(needed) + " (the disk is nearly full). Free some space; the run continues.");
   }
   const CouplerState own = state();
-  store_.prepare(fluid, body, own);
+  store_.prepare(solvers, own);
   components_.stay_in_touch_during([&] { store_.commit(own.step); });
   spdlog::info("checkpoint of step {}", own.step);
 }

@@ -70,7 +70,7 @@ class CheckpointSchedule {
 class Checkpointer {
  public:
   /// References must outlive this object.
-  /// @param able  whether both components can save; if not, signals only stop
+  /// @param able  whether all components can save; if not, signals only stop
   enum class Ability { none, saves };
   Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
                std::int64_t first_step, RunSignals& signals, Events& events);
@@ -86,10 +86,10 @@ class Checkpointer {
   /// @param step   that comes next
   /// @param state  returns the coupler's own part
   /// @throws Interrupted after it, if SIGTERM asked for it; what the solvers throw
-  void write(FluidSolver& fluid, BodySolver& body, std::int64_t step, const std::function<CouplerState()>& state);
+  void write(const SolversByFile& solvers, std::int64_t step, const std::function<CouplerState()>& state);
 
  private:
-  void commit(FluidSolver& fluid, BodySolver& body, const std::function<CouplerState()>& state);
+  void commit(const SolversByFile& solvers, const std::function<CouplerState()>& state);
 
   CheckpointStore store_;
   Components& components_;

@@ -221,6 +221,8 @@ ordered_json make_plan(const LoadedCase& loaded) {
       {"hosts", the_case.services.hosts},
       {"transport", the_case.services.transport},
       {"silence_s", the_case.services.silence_s}};
+  plan["controllers"] = ordered_json::object();
+  for (const ControllerCase& each : the_case.controllers) plan["controllers"][each.name] = each.command;
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
                       {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
   plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},

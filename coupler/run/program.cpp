@@ -115,15 +115,15 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
 
   Options with_recording = options;
   if (loaded.content.output.wire) with_recording.wire_file = directory.new_wire_file();
-  const std::unique_ptr<Components> components = make_components(with_recording, loaded.content.services, signals);
+  const std::unique_ptr<Components> components = make_components(with_recording, loaded.content, signals);
   CaseRun run(loaded, directory, *components, events, signals);
   FailureReport failure;
   try {
     const Beginning beginning = options.resume ? Beginning::resumed : branch ? Beginning::branched : Beginning::fresh;
-    run.run(beginning, branch, [&](const Capabilities& fluid, const Capabilities& body, std::int64_t first_step) {
+    run.run(beginning, branch, [&](const std::map<std::string, Capabilities>& all, std::int64_t first_step) {
       if (branch) provenance.set_branch(*branch, first_step);
       if (options.resume) write_case();  // it fits the checkpoint
-      provenance.set_components(fluid, body);
+      provenance.set_components(all);
       provenance.write_start();
     });
     provenance.set_notices(run.notices());

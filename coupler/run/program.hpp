@@ -48,7 +48,7 @@ Options parse_command_line(int argc, const char* const* argv);
 
 /// @param signals  of the run; outlives the components
 using MakeComponents =
-    std::function<std::unique_ptr<Components>(const Options&, const ServicesCase&, const RunSignals& signals)>;
+    std::function<std::unique_ptr<Components>(const Options&, const Case&, const RunSignals& signals)>;
 
 /// The coupler program: plans or runs a case and turns whatever happens into events and an exit code.
 /// @param out   plan, or events of the run, one JSON object per line

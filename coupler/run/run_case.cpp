@@ -1,5 +1,6 @@
 #include "run/run_case.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <limits>
 
@@ -42,7 +43,7 @@ void CaseRun::connect() {
 }
 
 void CaseRun::start(const std::optional<FoundCheckpoint>& checkpoint, bool resumes, const OnReady& on_ready) {
-  on_ready(components_.fluid_capabilities(), components_.body_capabilities(), checkpoint ? checkpoint->state.step : 0);
+  on_ready(capabilities(), checkpoint ? checkpoint->state.step : 0);
   check_features(components_.fluid_capabilities(), required_of_fluid(loaded_.content, loaded_.assembly));
   const BodySetup setup = make_body_setup(loaded_.content, loaded_.assembly);
   const Capabilities& body = components_.body_capabilities();
@@ -126,8 +127,8 @@ void CaseRun::make_solvers(BodySetup body, const std::optional<FoundCheckpoint>&
            " does not leave thin films out of its loads (thin_films): the coupler adds no lubrication.");
   }
   if (loaded_.content.output.trace) {
-    body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
-    recording::open_timeline(timeline_, fluid.trace_directory, "coupler", 0);
+    trace_directory_ = body.trace_directory = fluid.trace_directory = directory_.new_trace_folder().string();
+    recording::open_timeline(timeline_, trace_directory_, "coupler", 0);
   }
   BodySetup all = body;  // with the prescribed bodies, which the component does not have
   all.bodies = loaded_.assembly.bodies;
@@ -149,8 +150,44 @@ void CaseRun::make_solvers(BodySetup body, const std::optional<FoundCheckpoint>&
   if (!prescribed.empty()) body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, body);
   fluid_ = components_.make_fluid(fluid, first);
   if (!checkpoint) return;
-  body_->restore(checkpoint->body_path.string());
-  fluid_->restore(checkpoint->fluid_path.string());
+  body_->restore((checkpoint->folder / body_file).string());
+  fluid_->restore((checkpoint->folder / fluid_file).string());
+}
+
+std::map<std::string, Capabilities> CaseRun::capabilities() const {
+  std::map<std::string, Capabilities> all{{"fluid", components_.fluid_capabilities()},
+                                          {"body", components_.body_capabilities()}};
+  const std::vector<ControllerCase>& controllers = loaded_.content.controllers;
+  for (std::size_t i = 0; i < controllers.size(); ++i)
+    all.emplace(controllers[i].name, components_.controller_capabilities(i));
+  return all;
+}
+
+SolversByFile CaseRun::solvers() const {
+  SolversByFile all{{fluid_file, fluid_.get()}, {body_file, body_.get()}};
+  const std::vector<AttachedController>& attached = scheme_->controllers().all();
+  for (std::size_t i = 0; i < attached.size(); ++i)
+    all.emplace_back(controller_file(loaded_.content.controllers[i].name), attached[i].controller.get());
+  return all;
+}
+
+/// A branch may have other controllers than the run that it starts from: those begin anew.
+Controllers CaseRun::make_controllers(const std::optional<FoundCheckpoint>& checkpoint) {
+  std::vector<AttachedController> all;
+  const bool knows_drive = checkpoint && checkpoint->state.steered.size() == loaded_.assembly.drive.size();
+  for (std::size_t i = 0; i < loaded_.content.controllers.size(); ++i) {
+    ControllerSetup setup = make_controller_setup(loaded_.content, loaded_.assembly, i);
+    if (!trace_directory_.empty()) setup.trace_directory = trace_directory_;
+    all.push_back(attached(components_.make_controller(i, setup, checkpoint ? checkpoint->state.step : 0), setup,
+                           loaded_.assembly));
+    if (!checkpoint) continue;
+    const std::filesystem::path file = checkpoint->folder / controller_file(setup.name);
+    if (std::filesystem::exists(file)) all.back().controller->restore(file.string());
+    for (const auto& actuator : all.back().actuators)
+      if (knows_drive && !checkpoint->state.steered[actuator.number].empty())
+        driving_.follow(actuator.number, checkpoint->state.steered[actuator.number]);
+  }
+  return {std::move(all), driving_};
 }
 
 /// A branch has tables and measured cycles of its own.
@@ -163,9 +200,10 @@ void CaseRun::make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool
                                            : std::numeric_limits<double>::infinity();
   plausibility_.emplace(the_case.fluid, loaded_.assembly.bodies, largest_speed_m_per_s);
   scheme_.emplace(*fluid_, *body_, driving_, *plausibility_, the_case.load_averaging, *observers_, timeline_,
-                  virtual_mass_, lubrication_);
+                  virtual_mass_, lubrication_, make_controllers(checkpoint));
   if (checkpoint) {
-    scheme_->restore(checkpoint->state.step, checkpoint->state.previous_loads, checkpoint->state.previous_kinematics);
+    const CouplerState& state = checkpoint->state;
+    scheme_->restore(state.step, state.previous_loads, state.previous_kinematics, state.loads);
     first_of_run_ = checkpoint->state.first_step;
   }
   if (resumed != nullptr) {
@@ -178,8 +216,8 @@ void CaseRun::make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool
 
 void CaseRun::compute(const CheckpointStore& store) {
   const Case& the_case = loaded_.content;
-  const bool able = components_.fluid_capabilities().features.contains("checkpoint") &&
-                    components_.body_capabilities().features.contains("checkpoint");
+  const bool able =
+      std::ranges::all_of(capabilities(), [](const auto& each) { return each.second.features.contains("checkpoint"); });
   Checkpointer checkpointer(store, components_, able ? Checkpointer::Ability::saves : Checkpointer::Ability::none,
                             the_case, scheme_->step(), signals_, events_);
   events_.phase("running");
@@ -190,7 +228,7 @@ void CaseRun::compute(const CheckpointStore& store) {
   };
   while (!ended()) {
     scheme_->run(the_case.steps, [&](std::int64_t step) { return checkpointer.wants_pause(step) || ended(); });
-    if (!ended()) checkpointer.write(*fluid_, *body_, scheme_->step(), [&] { return state(); });
+    if (!ended()) checkpointer.write(solvers(), scheme_->step(), [&] { return state(); });
   }
 }
 
@@ -203,16 +241,16 @@ CouplerState CaseRun::state() {
           observers_->balance().sums(),
           observers_->sync_files(),
           mean_sampling(loaded_.content.output),
+          scheme_->loads(),
+          driving_.steered(),
           components_.fluid_capabilities().name,
           components_.body_capabilities().name};
 }
 
 Snapshot CaseRun::save(const std::filesystem::path& folder) {
   if (scheme_->step() == 0) return {std::nullopt, driving_};
-  const FoundCheckpoint states{folder / "fluid.h5", folder / "body.bin", state(), {}};
-  fluid_->save(states.fluid_path.string());
-  body_->save(states.body_path.string());
-  return {states, driving_};
+  for (const auto& [name, solver] : solvers()) solver->save((folder / name).string());
+  return {FoundCheckpoint{folder, state(), {}}, driving_};
 }
 
 void CaseRun::restore(const Snapshot& snapshot) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 
 #include "checkpoint/checkpoint_store.hpp"
@@ -32,7 +33,7 @@ struct Snapshot {
 /// Legal call order: run, or: open -> { advance | save -> … -> restore }* -> [finish]
 class CaseRun {
  public:
-  using OnReady = std::function<void(const Capabilities& fluid, const Capabilities& body, std::int64_t step)>;
+  using OnReady = std::function<void(const std::map<std::string, Capabilities>& components, std::int64_t step)>;
 
   /// References must outlive this object.
   CaseRun(const LoadedCase& loaded, const RunDirectory& directory, Components& components, Events& events,
@@ -80,6 +81,10 @@ class CaseRun {
   /// @param resumes  whether what was measured up to the checkpoint counts; if not, it is measured from there on
   void start(const std::optional<FoundCheckpoint>& checkpoint, bool resumes, const OnReady& on_ready);
   void check_features(const Capabilities& capabilities, const std::set<std::string>& required);
+  /// By the name of each: "fluid", "body", and those of the controllers.
+  [[nodiscard]] std::map<std::string, Capabilities> capabilities() const;
+  [[nodiscard]] SolversByFile solvers() const;
+  [[nodiscard]] Controllers make_controllers(const std::optional<FoundCheckpoint>& checkpoint);
   void make_solvers(BodySetup body, const std::optional<FoundCheckpoint>& checkpoint);
   void make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool resumes);
   void compute(const CheckpointStore& store);
@@ -96,6 +101,7 @@ class CaseRun {
   VirtualMass virtual_mass_;
   Lubrication lubrication_;
   DrivingProtocol driving_;
+  std::string trace_directory_;
   bool lowers_ = false;  ///< the body component lacks the case's actuators and is driven by world forces
   std::int64_t first_of_run_ = 0;
   std::optional<Plausibility> plausibility_;

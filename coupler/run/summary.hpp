@@ -60,8 +60,8 @@ class Provenance {
   /// @param build  identifies the programs of the run; empty: unknown
   Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks, bool resumed);
 
-  void set_components(const Capabilities& fluid, const Capabilities& body) {
-    components_ = {{"fluid", fluid.name + " " + fluid.version}, {"body", body.name + " " + body.version}};
+  void set_components(const std::map<std::string, Capabilities>& all) {
+    for (const auto& [role, capabilities] : all) components_[role] = capabilities.name + " " + capabilities.version;
   }
   /// @param step  of the checkpoint that the run starts from
   void set_branch(const Branch& branch, std::int64_t step);
@@ -79,7 +79,7 @@ class Provenance {
   bool resumed_;
   std::string start_;
   std::string earlier_;                            ///< JSON list of the attempts before a resumed one
-  std::map<std::string, std::string> components_;  ///< role to name and version
+  std::map<std::string, std::string> components_;  ///< name in the run to name and version
   std::string branched_from_ = "null";             ///< JSON
   std::vector<std::string> notices_;               ///< features that a component neglects, and the like
 };

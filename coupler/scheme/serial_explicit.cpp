@@ -167,7 +167,8 @@ void LoadAverage::apply(const Loads& raw, Loads& applied) {
 
 SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving,
                                const Plausibility& plausibility, LoadAveraging averaging, Observer& observer,
-                               Timeline& timeline, VirtualMass virtual_mass, Lubrication lubrication)
+                               Timeline& timeline, VirtualMass virtual_mass, Lubrication lubrication,
+                               Controllers controllers)
     : fluid_(fluid),
       body_(body),
       driving_(driving),
@@ -175,16 +176,21 @@ SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const Drivi
       averaging_(averaging, virtual_mass.not_averaged()),
       virtual_mass_(std::move(virtual_mass)),
       lubrication_(std::move(lubrication)),
+      controllers_(std::move(controllers)),
       observer_(observer),
       timeline_(timeline),
       nodes_(body.driving_nodes()) {
   body_.kinematics(kinematics_);
   step_ = kinematics_.step;
+  loads_.resize(kinematics_.bodies());
+  loads_.force_N.setZero();
+  loads_.torque_N_m.setZero();
 }
 
 void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_t)>& pause) {
   while (step_ < stop && !pause(step_)) {
     timeline_.set_step(step_);
+    controllers_.act(kinematics_, loads_);
     // Map the bodies to the lattice; hydrodynamic forces on them.
     fluid_watch_.time([&] { fluid_.exchange(kinematics_, loads_); });
     split_loads();
@@ -200,7 +206,8 @@ void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_
   }
 }
 
-void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics) {
+void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics,
+                             const Loads& loads) {
   const auto require = [](bool fits, const char* what) {
     if (!fits) throw StorageError(std::string("the checkpoint cannot be resumed (") + what + "). Use another one.");
   };
@@ -212,6 +219,7 @@ void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, con
   require(is_before(previous_loads, averaging_.averages()), "its loads are not those of all bodies in the step before");
   require(is_before(previous_kinematics, virtual_mass_.remembers()),
           "its kinematics are not those of all bodies in the step before");
+  if (has_bodies(loads, kinematics_.bodies())) loads_ = loads;
   averaging_.restore(previous_loads);
   virtual_mass_.restore(previous_kinematics);
 }

@@ -18,6 +18,7 @@
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
 #include "contract/timeline.hpp"
+#include "driving/controllers.hpp"
 #include "driving/driving_protocol.hpp"
 #include "observers/observer.hpp"
 #include "scheme/lubrication.hpp"
@@ -164,7 +165,7 @@ class SerialExplicit {
  public:
   SerialExplicit(FluidSolver& fluid, BodySolver& body, const DrivingProtocol& driving, const Plausibility& plausibility,
                  LoadAveraging averaging, Observer& observer, Timeline& timeline, VirtualMass virtual_mass = {},
-                 Lubrication lubrication = {});
+                 Lubrication lubrication = {}, Controllers controllers = {});
 
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   /// @param pause  asked before every step
@@ -177,7 +178,9 @@ class SerialExplicit {
   [[nodiscard]] const Kinematics& previous_kinematics() const { return virtual_mass_.previous(); }
   /// @param step  to which the solvers have been restored
   /// @throws StorageError if the parts do not belong together
-  void restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics);
+  /// @param loads  those of `loads`; of no bodies: unknown
+  void restore(std::int64_t step, const Loads& previous_loads, const Kinematics& previous_kinematics,
+               const Loads& loads = {});
 
   /// Hands the final state to the observer.
   void finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_}); }
@@ -185,8 +188,9 @@ class SerialExplicit {
   /// Step that comes next, and the state of motion at its start.
   [[nodiscard]] std::int64_t step() const { return step_; }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
-  /// Hydrodynamic loads on the bodies during the step before; none before the first.
+  /// Hydrodynamic loads on the bodies during the step before; zeros before the first.
   [[nodiscard]] const Loads& loads() const { return loads_; }
+  [[nodiscard]] const Controllers& controllers() const { return controllers_; }
 
   /// Seconds spent waiting for each solver.
   [[nodiscard]] double fluid_wait_s() const { return fluid_watch_.seconds(); }
@@ -203,6 +207,7 @@ class SerialExplicit {
   LoadAverage averaging_;
   VirtualMass virtual_mass_;
   Lubrication lubrication_;
+  Controllers controllers_;
   Observer& observer_;
   Timeline& timeline_;
   std::vector<double> nodes_;

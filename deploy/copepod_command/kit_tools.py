@@ -49,7 +49,7 @@ def replay(options: Namespace) -> int:
     with guarded_folder() as folder:
         if options.stand_in:
             return _run_with_recorded(options, folder)
-        role = "fluid" if options.fluid else "body"
+        role = options.controller or ("fluid" if options.fluid else "body")
         component = _on_path_of_components(_component(options, role))
         command = [*_RECORDING, "replay", *_selection(options, role), "--", *component]
         return _run_in(folder, command, options.ranks)

@@ -347,7 +347,7 @@ def _add_replay(commands: _Commands) -> None:
         "replay",
         epilog=_epilog("replay runs/quick --body -- ./my_body_component", "replay runs/quick --as fluid"),
         help="replay a recorded run against a component",
-        usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --as ROLE) [options] [-- CMD …]",
+        usage=f"{called_as()} replay RUN_DIR (--fluid | --body | --controller NAME | --as ROLE) [options] [-- CMD …]",
         description="Replays the coupler of a run recorded with output.wire to a component, the one that CMD starts or "
         "the recorded one, and compares the replies; or (--as) runs the case again with one component replaced by its "
         "recording. Exit code 0: nothing differs.",
@@ -356,6 +356,7 @@ def _add_replay(commands: _Commands) -> None:
     which = parser.add_mutually_exclusive_group(required=True)
     _add(which, "--fluid", "to a fluid component")
     _add(which, "--body", "to a body component")
+    _add(which, "--controller NAME", "to the controller of this name")
     which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
     _add(parser, "--tolerance X", "relative difference allowed (default: 0)", type=_tolerance, default=0.0)
     _add(parser, "--ranks N", "MPI ranks of our fluid (default: 1)", type=_ranks, default=1)

@@ -105,12 +105,12 @@ def _attempt(options: Namespace, plan: Plan, directory: RunDirectory, resume: bo
             keys, endpoint = launcher.connect(components.program_of(plan, "fluid")[0])
             environment = launcher.environment(environment)
         else:
-            keys, endpoint = scratch.keys(plan.transport), scratch.endpoint(plan.transport)
+            keys, endpoint = scratch.keys(plan.transport, plan.roles), scratch.endpoint(plan.transport)
             launcher = stack.enter_context(closing(Launcher(scratch, locks)))
         connection = components.Connection(endpoint, session, keys, directory.path / "logs")
         commands = {"coupler": components.coupler_command(options, plan, directory.path, connection, resume)}
         if plan.transport != components.IN_PROCESS:
-            commands |= {role: components.component_command(plan, role, connection) for role in components.ROLES}
+            commands |= {role: components.component_command(plan, role, connection) for role in plan.roles}
         events, writing_end = os.pipe()
         stack.callback(os.close, events)
         with suppress(OSError):  # beyond the user's quota for pipes; the default size works too
@@ -123,7 +123,7 @@ def _attempt(options: Namespace, plan: Plan, directory: RunDirectory, resume: bo
             if problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):  # its output cannot be written
                 raise
             # Without what the run adds to it: the token must not be shown.
-            shown = shlex.join(components.program_of(plan, name) if name in components.ROLES else command[:1])
+            shown = shlex.join(components.program_of(plan, name) if name in plan.roles else command[:1])
             raise BadCase(f"{name} cannot be started ({problem}). Check this command: {shown}") from None
         finally:
             os.close(writing_end)

@@ -1,4 +1,4 @@
-"""The three processes of a run: command lines, environment, and what a component announces about itself."""
+"""The processes of a run: command lines, environment, and what a component announces about itself."""
 
 import difflib
 import functools
@@ -76,6 +76,7 @@ def branch_arguments(options: Namespace) -> list[str]:
 
 def component_command(plan: Plan, role: str, connection: Connection) -> list[str]:
     command = program_of(plan, role) + connection.arguments(role, role not in plan.commands)
+    command += ["--name", role] if role in plan.controllers else []
     if plan.silence_s > COUPLER_SILENCE_S:  # a component waits longer for the coupler than the coupler does for it
         command += ["--orphan-after", f"{plan.silence_s + _ORPHAN_AFTER_S - COUPLER_SILENCE_S:g}"]
     return with_ranks(plan, role, command)
@@ -202,9 +203,9 @@ def ask(command: tuple[str, ...]) -> Answer:
     return Answer(problem=f"it does not answer --capabilities with JSON{last}")
 
 
-def problems_of_components(plan: Plan, roles: Iterable[str] = ROLES) -> list[str]:
+def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> list[str]:
     """What keeps components from taking part in the run."""
-    return [problem for role in roles if role not in plan.unasked for problem in _problems_of(plan, role)]
+    return [problem for role in roles or plan.roles if role not in plan.unasked for problem in _problems_of(plan, role)]
 
 
 def _problems_of(plan: Plan, role: str) -> Iterator[str]:
@@ -220,10 +221,11 @@ def _problems_of(plan: Plan, role: str) -> Iterator[str]:
         )
         return
     name, features = answer.name, answer.features
-    if answer.role not in (role, ""):
-        yield f"{name} cannot be used as {role} component (it is a {answer.role} component). Use --{answer.role}."
+    if answer.role not in ("controller" if role in plan.controllers else role, ""):
+        remedy = f"Use --{answer.role}" if answer.role in ROLES else "Name it in the case's controllers"
+        yield f"{name} cannot be used as {role} component (it is a {answer.role} component). {remedy}."
         return
-    for feature, accepted in plan.requires[role].items():
+    for feature, accepted in plan.requires.get(role, {}).items():
         if not set(accepted) & set(features):
             misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
             yield (
@@ -234,7 +236,7 @@ def _problems_of(plan: Plan, role: str) -> Iterator[str]:
 
 
 def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
-    """Environment of all three processes: the mark, and settings for those variables that the user has not set."""
+    """Environment of all processes: the mark, and settings for those variables that the user has not set."""
     settings = {
         **_AS_ROOT,
         "OMPI_MCA_orte_tmpdir_base": str(scratch.files),

@@ -169,7 +169,7 @@ class HostsLauncher(Launcher):
         @param program   of the fluid, which must be at the same path everywhere
         """
         first, planned = hosts.host_of_rank_0(self._plan), self._plan.transport
-        keys = self._scratch.keys(planned if first is None else "tcp://", is_private=True)
+        keys = self._scratch.keys(planned if first is None else "tcp://", self._plan.roles, is_private=True)
         others = hosts.others(self._plan)
         program = str(Path(shutil.which(program) or program).absolute())
         order = {

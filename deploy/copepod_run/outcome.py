@@ -10,7 +10,7 @@ from typing import Any
 from copepod_run.errors import ExitCode
 from copepod_run.progress import Event
 
-COMPONENTS = {"coupler": "coupler", "fluid": "fluid service", "body": "body service"}
+COMPONENTS = {"coupler": "coupler", "fluid": "fluid service", "body": "body service", "guard": "guard"}
 _CODES_OF_COMPONENTS = {code for code in ExitCode if code is ExitCode.BAD_CASE or 64 < code < 128}
 
 
@@ -30,7 +30,7 @@ class Failure:
 
     def sentence(self) -> str:
         """Component, host, rank, step and reason on one line."""
-        name = COMPONENTS.get(self.component, self.component)
+        name = COMPONENTS.get(self.component, f"controller {self.component}")
         rank = f", rank {self.rank}" if self.rank else ""
         when = "after" if self.is_after_step else "at"
         place = f"{when} step {self.step}" if self.step >= 0 else "before the first step"
@@ -163,7 +163,8 @@ def _of_killed(exit: Exit, step: int) -> Failure:
 def _of_exit(exit: Exit, step: int, host: str) -> Failure:
     """Failure known by an exit code alone."""
     if exit.code == ExitCode.COMPONENT_LOST and exit.component != "coupler":
-        reason = f"it no longer answers (reported by the {COMPONENTS[exit.component]}, which stopped waiting for it)."
+        reporter = COMPONENTS.get(exit.component, exit.component)
+        reason = f"it no longer answers (reported by the {reporter}, which stopped waiting for it)."
         return lost("coupler", host, "0", reason, step)
     code = exit.code if exit.code in _CODES_OF_COMPONENTS else ExitCode.COMPONENT_LOST
     when = " before the run ended" if exit.code == 0 else ""

@@ -37,6 +37,12 @@ class Plan:
     sweep: dict[str, Any] | None = None  # of a case that is several: swept keys, values and settings of each member
     surfaces: dict[str, Any] | None = None  # of bodies and obstacles, if they were asked for
     unasked: frozenset[str] = frozenset()  # roles of components that must not be started, not even to ask them
+    controllers: list[str] = field(default_factory=list)  # names, which stand for their roles
+
+    @property
+    def roles(self) -> list[str]:
+        """Of all components."""
+        return ["fluid", "body", *self.controllers]
 
 
 @dataclass(frozen=True)
@@ -74,12 +80,14 @@ def request(options: Namespace, asked: Sequence[str] = ()) -> Plan | CampaignPla
 
 
 def _plan_of_case(plan: dict[str, Any]) -> Plan:
-    services = plan["services"]
+    services, controllers = plan["services"], plan.get("controllers", {})
     return Plan(
-        **{key.name: plan[key.name] for key in fields(Plan) if key.name in plan},
+        **{key.name: plan[key.name] for key in fields(Plan) if key.name in plan and key.name != "controllers"},
+        controllers=list(controllers),
         fluid_ranks=int(services["fluid"]["ranks"]),
         body_solver=services["body"].get("solver", "own"),
-        commands={role: services[role]["command"] for role in ("fluid", "body") if services[role].get("command")},
+        commands={role: services[role]["command"] for role in ("fluid", "body") if services[role].get("command")}
+        | controllers,
         transport=services["transport"],
         hosts=services.get("hosts", []),
         silence_s=float(services.get("silence_s", COUPLER_SILENCE_S)),

@@ -4,13 +4,13 @@ import os
 import stat
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from copepod_run import cleanup
 from copepod_run.errors import BadCase
 from copepod_run.run_directory import Lock, lock_of, take_lock
 
-_ROLES = ("coupler", "fluid", "body")
 _PLACES = ("/tmp", "/dev/shm")
 _YOUNG_S = 60.0  # a folder may be about to be locked
 
@@ -34,9 +34,9 @@ class Scratch:
         self.files = self._private_folder("/tmp")  # a short path, on a file system that has sockets
         self.shared_memory = self._private_folder("/dev/shm" if os.access("/dev/shm", os.W_OK) else "/tmp")
 
-    def keys(self, transport: str, is_private: bool = False) -> dict[str, Path]:
-        """Key file by role if messages use tcp, else none. They are in the run directory, which other hosts see too;
-        `is_private`: on this host alone.
+    def keys(self, transport: str, roles: Sequence[str], is_private: bool = False) -> dict[str, Path]:
+        """Key file by role, of the coupler too, if messages use tcp, else none. They are in the run directory, which
+        other hosts see too; `is_private`: on this host alone.
 
         CURVE (ZeroMQ's encryption, Curve25519): a process without a key cannot listen, and the key of one role is not
         accepted for another. Keys are made for every run and removed with it; no command line contains one.
@@ -51,10 +51,10 @@ class Scratch:
             folder = self.run_path / ".keys"
             fresh_folder(folder, self.mark)
             self.folders.append(folder)
-        pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in _ROLES}
+        pairs = {role: [key.decode() for key in zmq.curve_keypair()] for role in ("coupler", *roles)}
         files = {}
-        for role in _ROLES:
-            peers = ("fluid", "body") if role == "coupler" else ("coupler",)  # whose public keys it needs
+        for role in pairs:
+            peers = roles if role == "coupler" else ("coupler",)  # whose public keys it needs
             lines = {"secret": pairs[role][1], **{peer: pairs[peer][0] for peer in peers}}
             files[role] = folder / f"{role}.key"  # proto/transport/lanes.hpp describes it
             cleanup.write_private(files[role], "".join(f"{name} {key}\n" for name, key in lines.items()))

@@ -30,7 +30,8 @@ extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 
 # The navigation; a page that is not in it is an error. Capitals: in the root of the checkout, else below docs/.
 NAVIGATION = {
-    "Use": "installing your_first_own_swimmer case_keys shapes flows steering python paraview hosts recording",
+    "Use": "installing your_first_own_swimmer case_keys shapes flows steering controllers python paraview hosts "
+    "recording",
     "Theory and results": "theory theory_fluid theory_bodies results/README",
     "Your own solver": "adding_a_component protocol site/messages moving_to_a_newer_kit foreign_engines",
     "Reference": "site/python_package site/python_kit site/cpp_kit",

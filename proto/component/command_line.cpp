@@ -101,6 +101,7 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
       ->check(CLI::PositiveNumber);
   app.add_option("--endpoint", options.endpoint, "Address of the coupler: ipc:///path or tcp://host:port");
   app.add_option("--session", options.session_token, "Token of the run")->envname("COPEPOD_SESSION");
+  if (role == session::Role::controller) app.add_option("--name", options.name, "Which controller of the case this is");
   app.add_option("--keys", options.key_file, "File with the keys of this role; required off this machine");
   app.add_option("--log-file", options.log_file, "Where to log; standard error if not given");
   app.add_option("--log-level", options.log_level, "How much to log")

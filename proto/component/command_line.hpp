@@ -18,6 +18,7 @@ namespace copepod::component {
 struct Options {
   std::string endpoint;
   std::string session_token;
+  std::string name;      ///< of a controller in the case
   std::string key_file;  ///< CURVE keys of this role; empty: none
   std::string log_file;  ///< empty: standard error
   std::string log_level = "info";

@@ -30,12 +30,13 @@ session::Hello introduce(session::Role role, const Capabilities& capabilities, i
   hello.pid = getpid();
   hello.ranks = static_cast<std::uint32_t>(ranks);
   hello.instance = random_number();
+  hello.name = options.name;
   return hello;
 }
 
 /// Unique name of a lane at the coupler's socket.
 std::string lane_name(const session::Hello& hello, session::Lane lane) {
-  return std::string(name_of(hello.role)) + "-" + std::to_string(hello.instance) + "-" + std::string(name_of(lane));
+  return hello.party() + "-" + std::to_string(hello.instance) + "-" + std::string(name_of(lane));
 }
 
 ExitCode serve(ServedSolver& solver, const Capabilities& capabilities, int ranks, SolverContext& context,
@@ -106,6 +107,12 @@ int run_body_component(int argc, char** argv, const BodyComponent& component) {
   ServedBody solver(component, context);
   const EstimateText estimate = estimate_text(component, conversion::body_setup_from_bytes);
   return run(argc, argv, solver, component.capabilities, estimate, component.bodies_of, 1, context);
+}
+
+int run_controller_component(int argc, char** argv, const ControllerComponent& component) {
+  SolverContext context;
+  ServedController controller(component, context);
+  return run(argc, argv, controller, component.capabilities, {}, {}, 1, context);
 }
 
 }  // namespace copepod

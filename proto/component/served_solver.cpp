@@ -77,6 +77,11 @@ void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
                  kinematics.angular_velocity_rad_per_s);
 }
 
+/// Of the process in a recording.
+std::string trace_name(const FluidSetup&) { return "fluid"; }
+std::string trace_name(const BodySetup&) { return "body"; }
+std::string trace_name(const ControllerSetup& setup) { return setup.name; }
+
 }  // namespace
 
 template <class Setup, class Solver>
@@ -87,7 +92,7 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
       Setup setup;
       request.read(setup);
       if (!setup.trace_directory.empty())
-        recording::open_timeline(context_.timeline(), setup.trace_directory, std::string(name_of(role())), 0);
+        recording::open_timeline(context_.timeline(), setup.trace_directory, trace_name(setup), 0);
       bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
       solver_ = component_.make_solver(setup, context_);
       return encoder.encode(header, configured(setup));
@@ -106,6 +111,7 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
 
 template class Served<FluidSetup, FluidSolver>;
 template class Served<BodySetup, BodySolver>;
+template class Served<ControllerSetup, Controller>;
 
 session::Configured ServedFluid::configured(const FluidSetup& setup) {
   columns_ = setup.loads();
@@ -119,6 +125,25 @@ std::span<const std::byte> ServedFluid::exchange(Work work, const conversion::De
   solver_->exchange(kinematics_, loads_);
   require_finite(loads_, columns_);
   return encoder.encode(header, loads_);
+}
+
+session::Configured ServedController::configured(const ControllerSetup& setup) {
+  actuators_ = setup.actuators.size();
+  return {};
+}
+
+std::span<const std::byte> ServedController::exchange(Work work, const conversion::Decoder& request,
+                                                      const session::Header& header, conversion::Encoder& encoder) {
+  if (work != Work::decide) throw std::logic_error("A controller was asked to " + std::string(name_of(work)) + ".");
+  request.read(observation_, bodies_);
+  const Span decide(context_.timeline(), "decide");
+  const std::vector<double> action = solver_->act(observation_);
+  if (action.size() != actuators_ || !conversion::all_finite(action.data(), action.size()))
+    throw SolverError("The controller returned " + std::to_string(action.size()) +
+                          " values, or one that is not finite " + "(its actuators are " + std::to_string(actuators_) +
+                          "). Fix act().",
+                      0, header.step);
+  return encoder.encode(header, action);
 }
 
 session::Configured ServedBody::configured(const BodySetup& setup) {

@@ -77,6 +77,22 @@ class ServedFluid final : public Served<FluidSetup, FluidSolver> {
   Loads loads_;
 };
 
+/// A Controller behind the messages of its role.
+class ServedController final : public Served<ControllerSetup, Controller> {
+ public:
+  using Served::Served;
+  [[nodiscard]] session::Role role() const override { return session::Role::controller; }
+  void follow_up(session::Work) override {}
+
+ private:
+  session::Configured configured(const ControllerSetup& setup) override;
+  std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
+                                      const session::Header& header, conversion::Encoder& encoder) override;
+
+  std::size_t actuators_ = 0;
+  Observation observation_;
+};
+
 /// A BodySolver behind the messages of the body role.
 class ServedBody final : public Served<BodySetup, BodySolver> {
  public:

@@ -216,7 +216,7 @@ void Server::send(std::span<const std::byte> bytes) {
 
 FailureReport Server::report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const {
   const std::int64_t current_step = vitals_.step.load();
-  return {code, std::string(name_of(session_.role)), hello_.host, rank, step >= 0 ? step : current_step, reason};
+  return {code, hello_.party(), hello_.host, rank, step >= 0 ? step : current_step, reason};
 }
 
 /// Reports to the coupler and ends. An exception due to a stop request is not a failure of the solver.

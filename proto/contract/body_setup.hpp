@@ -168,6 +168,7 @@ struct BodySetup {
   ModelSpecification model;                      ///< its spheres and capsules are `bodies`, in its order
   int threads = 1;                               ///< in which the solver may compute; results do not depend on it
   std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
+  std::string parameters = {};                   ///< JSON, of a component that the case names
 };
 
 }  // namespace copepod

@@ -8,6 +8,7 @@
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
+#include "contract/controller.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
 #include "contract/solver_context.hpp"
@@ -20,8 +21,7 @@ struct Estimate {
   std::string problem;            ///< a warning for the user; empty: none
 };
 
-/// A solver together with what it can do: all that `run_fluid_component` or `run_body_component` needs to make a
-/// service of it.
+/// A solver together with what it can do: all that `run_fluid_component` or its like needs to make it a service.
 template <class Setup, class Solver>
 struct Component {
   Capabilities capabilities;  ///< what it announces
@@ -36,7 +36,8 @@ struct Component {
   std::function<std::string(const ModelSpecification&)> bodies_of = {};
 };
 
-using FluidComponent = Component<FluidSetup, FluidSolver>;  ///< for `run_fluid_component`
-using BodyComponent = Component<BodySetup, BodySolver>;     ///< for `run_body_component`
+using FluidComponent = Component<FluidSetup, FluidSolver>;           ///< for `run_fluid_component`
+using BodyComponent = Component<BodySetup, BodySolver>;              ///< for `run_body_component`
+using ControllerComponent = Component<ControllerSetup, Controller>;  ///< for `run_controller_component`
 
 }  // namespace copepod

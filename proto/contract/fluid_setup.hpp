@@ -128,6 +128,7 @@ struct FluidSetup {
   std::vector<BodyPair> jointed;                 ///< pairs with a joint: they may overlap, and have no film then
   FieldOutput fields;                            ///< what is written
   std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
+  std::string parameters = {};                   ///< JSON, of a component that the case names
 
   /// Columns of Loads: bodies, and obstacles with loads.
   [[nodiscard]] Eigen::Index loads() const {

@@ -29,10 +29,17 @@ std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
   const v1::Kinematics& kinematics = envelope.kinematics();
   const v1::Loads& loads = envelope.loads();
   const v1::AppliedLoads& applied = envelope.applied_loads();
+  const v1::Observation& observation = envelope.observation();
   switch (envelope.body_case()) {
     case v1::Envelope::kKinematics:
       return {bytes_of(kinematics.position_m()), bytes_of(kinematics.orientation_wxyz()),
               bytes_of(kinematics.velocity_m_per_s()), bytes_of(kinematics.angular_velocity_rad_per_s())};
+    case v1::Envelope::kObservation:
+      return {bytes_of(observation.position_m()),       bytes_of(observation.orientation_wxyz()),
+              bytes_of(observation.velocity_m_per_s()), bytes_of(observation.angular_velocity_rad_per_s()),
+              bytes_of(observation.force_n()),          bytes_of(observation.torque_n_m())};
+    case v1::Envelope::kAction:
+      return {bytes_of(envelope.action().value())};
     case v1::Envelope::kLoads:
       return {bytes_of(loads.force_n()), bytes_of(loads.torque_n_m())};
     case v1::Envelope::kAppliedLoads:
@@ -138,6 +145,18 @@ Bytes Encoder::encode(const Header& header, const AppliedLoads& applied) {
                     numbers_of(applied.actuation)});
 }
 
+Bytes Encoder::encode(const Header& header, const Observation& observation) {
+  const Kinematics& kinematics = observation.kinematics;
+  return serialise(header.at(kinematics.step), v1::Envelope::kObservationFieldNumber,
+                   {numbers_of(kinematics.position_m), numbers_of(kinematics.orientation_wxyz),
+                    numbers_of(kinematics.velocity_m_per_s), numbers_of(kinematics.angular_velocity_rad_per_s),
+                    numbers_of(observation.loads.force_N), numbers_of(observation.loads.torque_N_m)});
+}
+
+Bytes Encoder::encode(const Header& header, const std::vector<double>& action) {
+  return serialise(header, v1::Envelope::kActionFieldNumber, {std::span(action)});
+}
+
 Bytes Encoder::encode(const Header& header, MessageKind kind) {
   if (body(kind).GetDescriptor()->field_count() > 0)
     throw std::logic_error(std::string(name_of(kind)) + " is not a message without fields: encode it with them");
@@ -220,7 +239,7 @@ void Decoder::read(session::Configured& configured) const {
 }
 
 void Decoder::read(Kinematics& kinematics, Eigen::Index bodies) const {
-  const auto& [position, orientation, velocity, angular_velocity] = buffers_->arrays;
+  const auto& [position, orientation, velocity, angular_velocity, force, torque] = buffers_->arrays;
   kinematics.step = header().step;
   read_array(position, bodies, "position_m", kinematics.position_m);
   read_array(orientation, bodies, "orientation_wxyz", kinematics.orientation_wxyz);
@@ -232,6 +251,20 @@ void Decoder::read(Loads& loads, Eigen::Index bodies) const {
   loads.step = header().step;
   read_array(buffers_->arrays[0], bodies, "force_N", loads.force_N);
   read_array(buffers_->arrays[1], bodies, "torque_N_m", loads.torque_N_m);
+}
+
+void Decoder::read(Observation& observation, Eigen::Index bodies) const {
+  read(observation.kinematics, bodies);
+  observation.loads.step = header().step - 1;
+  read_array(buffers_->arrays[4], bodies, "force_N", observation.loads.force_N);
+  read_array(buffers_->arrays[5], bodies, "torque_N_m", observation.loads.torque_N_m);
+}
+
+void Decoder::read(std::vector<double>& action) const {
+  const Bytes& values = buffers_->arrays[0];
+  require_length(values.size() / sizeof(double), static_cast<Eigen::Index>(action.size()), "value");
+  if (!copy_finite(values.data(), action.size(), action.data()))
+    throw NotFinite("value holds a number that is not finite");
 }
 
 void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators,

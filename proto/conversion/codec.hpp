@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "contract/body_setup.hpp"
+#include "contract/controller.hpp"
 #include "contract/errors.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
@@ -40,10 +41,13 @@ class Encoder {
   Bytes encode(const session::Header& header, const session::Refusal& refusal);
   Bytes encode(const session::Header& header, const FluidSetup& setup);
   Bytes encode(const session::Header& header, const BodySetup& setup);
+  Bytes encode(const session::Header& header, const ControllerSetup& setup);
   Bytes encode(const session::Header& header, const session::Configured& configured);
   Bytes encode(const session::Header& header, const Kinematics& kinematics);
   Bytes encode(const session::Header& header, const Loads& loads);
   Bytes encode(const session::Header& header, const AppliedLoads& applied);
+  Bytes encode(const session::Header& header, const Observation& observation);
+  Bytes encode(const session::Header& header, const std::vector<double>& action);
   Bytes encode(const session::Header& header, const SolverSummary& summary);
   Bytes encode(const session::Header& header, const session::Ping& ping);
   Bytes encode(const session::Header& header, const session::Pong& pong);
@@ -98,6 +102,7 @@ class Decoder {
   void read(session::Refusal& refusal) const;
   void read(FluidSetup& setup) const;
   void read(BodySetup& setup) const;
+  void read(ControllerSetup& setup) const;
   void read(session::Configured& configured) const;
   void read(session::CheckpointPath& path) const;
   void read(SolverSummary& summary) const;
@@ -110,6 +115,9 @@ class Decoder {
   void read(Kinematics& kinematics, Eigen::Index bodies) const;
   void read(Loads& loads, Eigen::Index bodies) const;
   void read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators, Eigen::Index driving_nodes) const;
+  void read(Observation& observation, Eigen::Index bodies) const;
+  /// @param action  has the length of that of the setup
+  void read(std::vector<double>& action) const;
 
  private:
   struct Buffers;

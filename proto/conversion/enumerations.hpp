@@ -42,7 +42,7 @@ static_assert(v1::MotionKind_MAX == to_wire<v1::MotionKind>(MotionKind::axis));
 static_assert(v1::ActuatorKind_MAX == to_wire<v1::ActuatorKind>(ActuatorKind::control));
 static_assert(v1::JointKind_MAX == to_wire<v1::JointKind>(JointKind::model));
 static_assert(v1::Integrator_MAX == to_wire<v1::Integrator>(Integrator::runge_kutta_4));
-static_assert(v1::Role_MAX == to_wire<v1::Role>(session::Role::body));
+static_assert(v1::Role_MAX == to_wire<v1::Role>(session::Role::controller));
 static_assert(v1::Lane_MAX == to_wire<v1::Lane>(session::Lane::control));
 static_assert(v1::Phase_MAX == to_wire<v1::Phase>(session::Phase::finishing));
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
+#include "contract/controller.hpp"
 #include "contract/errors.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/solver.hpp"
@@ -75,6 +76,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
   wire("no_slip_plane", setup.no_slip_plane, -1);
   COPEPOD_MEMBERS(wire, setup, symmetry_planes, body_force_N_per_m3, initial_flow, collision, moving_boundary, refill,
                   precision, film_thickness_m, wall_overlap_m, bodies, jointed, obstacles, fields, trace_directory);
+  wire("parameters", setup.parameters, kLimits.model_bytes);
 }
 
 void describe(auto& wire, Is<BodySpecification> auto& body) {
@@ -123,6 +125,12 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
                   springs, bends, joints, actuators, walls, contact, model);
   wire("threads", setup.threads, 1);
   wire("trace_directory", setup.trace_directory);
+  wire("parameters", setup.parameters, kLimits.model_bytes);
+}
+
+void describe(auto& wire, Is<ControllerSetup> auto& setup) {
+  COPEPOD_MEMBERS(wire, setup, name, step_s, every_steps, bodies, actuators, trace_directory);
+  wire("parameters", setup.parameters, kLimits.model_bytes);
 }
 
 void describe(auto& wire, Is<session::VersionRange> auto& versions) {
@@ -134,7 +142,7 @@ void describe(auto& wire, Is<Capabilities> auto& capabilities) {
 }
 
 void describe(auto& wire, Is<session::Hello> auto& hello) {
-  COPEPOD_MEMBERS(wire, hello, role, lane, versions, session_token, capabilities, host, pid, ranks, instance);
+  COPEPOD_MEMBERS(wire, hello, role, lane, versions, session_token, capabilities, host, pid, ranks, instance, name);
 }
 
 void describe(auto& wire, Is<session::Welcome> auto& welcome) {
@@ -225,6 +233,10 @@ inline void check(const FluidSetup& setup) {
       throw MalformedMessage("a joint joins bodies " + std::to_string(A) + " and " + std::to_string(B) + " of " +
                              std::to_string(setup.bodies.size()));
   }
+}
+
+inline void check(const ControllerSetup& setup) {
+  if (setup.every_steps < 1) throw MalformedMessage("every_steps of a controller is 0");
 }
 
 inline void check(const BodySetup& setup) {

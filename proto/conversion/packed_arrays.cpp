@@ -61,7 +61,8 @@ std::size_t length_of(const Arrays& arrays) {
 
 bool holds_arrays(int message) {
   return message == v1::Envelope::kKinematicsFieldNumber || message == v1::Envelope::kLoadsFieldNumber ||
-         message == v1::Envelope::kAppliedLoadsFieldNumber;
+         message == v1::Envelope::kAppliedLoadsFieldNumber || message == v1::Envelope::kObservationFieldNumber ||
+         message == v1::Envelope::kActionFieldNumber;
 }
 
 /// What follows in `stream` is the length of a part of `bytes`, and that part.

@@ -330,6 +330,9 @@ Bytes Encoder::encode(const Header& header, const FluidSetup& sent) {
 Bytes Encoder::encode(const Header& header, const BodySetup& sent) {
   return put(header, MessageKind::body_setup, sent);
 }
+Bytes Encoder::encode(const Header& header, const ControllerSetup& sent) {
+  return put(header, MessageKind::controller_setup, sent);
+}
 Bytes Encoder::encode(const Header& header, const session::Ping& sent) { return put(header, MessageKind::ping, sent); }
 Bytes Encoder::encode(const Header& header, const session::Pong& sent) {
   return put(header.at(sent.step), MessageKind::pong, sent);
@@ -361,6 +364,7 @@ void Decoder::read(Welcome& welcome) const { read_message(envelope().welcome(), 
 void Decoder::read(Refusal& refusal) const { read_message(envelope().refusal(), refusal); }
 void Decoder::read(FluidSetup& setup) const { read_message(envelope().fluid_setup(), setup); }
 void Decoder::read(BodySetup& setup) const { read_message(envelope().body_setup(), setup); }
+void Decoder::read(ControllerSetup& setup) const { read_message(envelope().controller_setup(), setup); }
 void Decoder::read(session::Ping& ping) const { read_message(envelope().ping(), ping); }
 void Decoder::read(session::Pong& pong) const { read_message(envelope().pong(), pong); }
 void Decoder::read(Saved& saved) const { read_message(envelope().saved(), saved); }

@@ -119,6 +119,7 @@ void Recorder::add_message(Clock::time_point time, Direction direction, const Sp
     message.set_direction(to_wire<v1::Direction>(direction));
     message.set_role(speaker.role ? to_wire<v1::Role>(*speaker.role) : v1::ROLE_UNSPECIFIED);
     message.set_lane(speaker.lane ? to_wire<v1::Lane>(*speaker.lane) : v1::LANE_UNSPECIFIED);
+    message.set_name(speaker.name);
     message.set_envelope(envelope.data(), envelope.size());
   });
 }
@@ -178,7 +179,7 @@ Speaker RecordingRouter::speaker_of(const std::string& peer, transport::Bytes by
     if (bytes.empty() || decoder_.parse(bytes) != session::MessageKind::hello) return {};
     session::Hello hello;
     decoder_.read(hello);
-    return speakers_[peer] = {hello.role, hello.lane};
+    return speakers_[peer] = {hello.role, hello.lane, hello.name};
   } catch (const conversion::MalformedMessage&) {
     return {};
   }

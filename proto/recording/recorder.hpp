@@ -32,6 +32,7 @@ enum class Direction { to_component, from_component };
 struct Speaker {
   std::optional<session::Role> role;
   std::optional<session::Lane> lane;
+  std::string name = {};  ///< of a controller
 };
 
 /// A recording of this process: a new file of length-delimited Protobuf messages, first the schema, then a

@@ -54,9 +54,12 @@ Outcome on_request(ComponentSession session, MessageKind kind, const Header& hea
                                " came where step " + std::to_string(session.next_step) +
                                " was due (a step was left out or done twice). Advance step by step.");
   }
-  if (transition->work == Work::make_solver || transition->work == Work::read_state) {
-    session.next_step = header.step;
+  if (transition->work == Work::decide && header.step < session.next_step) {
+    return refuse(session, "An Observation of step " + std::to_string(header.step) + " came after that of step " +
+                               std::to_string(session.next_step - 1) + " (time runs forward). Send them in order.");
   }
+  const bool sets_step = transition->work == Work::make_solver || transition->work == Work::read_state;
+  if (sets_step || transition->work == Work::decide) session.next_step = header.step;
   session.last_sequence = header.sequence;
   return take(session, *transition);
 }

@@ -18,7 +18,7 @@ std::int64_t due_step(const CouplerSession& session) {
 /// older request. Other replies with an older number are repetitions.
 bool has_wrong_sequence(const CouplerSession& session, MessageKind kind, const Header& header) {
   if (header.sequence == 0 || header.sequence > session.sequence) return true;
-  const bool is_result = kind == MessageKind::loads || kind == MessageKind::kinematics;
+  const bool is_result = kind == MessageKind::loads || kind == MessageKind::kinematics || kind == MessageKind::action;
   return session.waits() && header.sequence != session.sequence && is_result && kind == session.expected_reply &&
          header.step == due_step(session);
 }
@@ -38,16 +38,18 @@ bool same_token(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
-bool is_entitled(const std::string& identity, Role role) { return identity.empty() || identity == name_of(role); }
+bool is_entitled(const std::string& identity, const std::string& party) {
+  return identity.empty() || identity == party;
+}
 
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation) {
-  const std::string role(name_of(hello.role));
+  const std::string role = hello.party();
   const auto refused = [&](const std::string& why, bool is_stranger) -> HelloVerdict {
     return {std::nullopt, "The " + role + " component on " + hello.host + " was refused " + why, is_stranger};
   };
   if (!same_token(hello.session_token, expectation.session_token))
     return refused("(its session token is not that of this run). Start it with the --session of this run.", true);
-  if (!is_entitled(expectation.identity, hello.role))
+  if (!is_entitled(expectation.identity, role))
     return refused(
         "(it holds the key of the " + expectation.identity + " component). Give it the key file of its own role.",
         false);
@@ -60,6 +62,8 @@ HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation
                                  : "Build both from the same release."),
                    false);
   }
+  if (!expectation.is_wanted)
+    return refused("(the case has no controller of that name). Start it with the --name of one.", true);
   if (expectation.role_taken)
     return refused("(a " + role + " component already takes part). Start one component per role.", true);
   return {minor, {}, false};

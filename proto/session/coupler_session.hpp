@@ -14,7 +14,8 @@ struct HelloExpectation {
   VersionRange versions;
   std::string session_token;
   bool role_taken = false;    ///< another component already plays this role on this lane
-  std::string identity = {};  ///< with keys: name of the role whose key the component holds
+  std::string identity = {};  ///< with keys: name of the component whose key it holds
+  bool is_wanted = true;      ///< a controller of this name is in the case
 };
 
 /// Accepted with a minor version, or refused for a reason.
@@ -29,9 +30,9 @@ struct HelloVerdict {
 /// Decides whether a component may take part. The token comes first: a stranger learns nothing else.
 HelloVerdict judge_hello(const Hello& hello, const HelloExpectation& expectation);
 
-/// Whether the holder of the key of `identity` may act as `role`; without keys (empty) the token
+/// Whether the holder of the key of `identity` may act as `party` (Hello::party); without keys (empty) the token
 /// decides alone.
-bool is_entitled(const std::string& identity, Role role);
+bool is_entitled(const std::string& identity, const std::string& party);
 
 /// Equality of secrets in a time that does not depend on where they differ.
 bool same_token(const std::string& a, const std::string& b);

@@ -22,10 +22,13 @@ enum class MessageKind {
   fluid_setup = 20,
   body_setup = 21,
   configured = 22,
+  controller_setup = 23,
   kinematics = 30,
   loads = 31,
   applied_loads = 32,
   kinematics_request = 33,
+  observation = 34,
+  action = 35,
   save = 40,
   saved = 41,
   restore = 42,
@@ -49,10 +52,13 @@ inline constexpr std::array kMessageNames = {
     std::pair{MessageKind::fluid_setup, std::string_view("FluidSetup")},
     std::pair{MessageKind::body_setup, std::string_view("BodySetup")},
     std::pair{MessageKind::configured, std::string_view("Configured")},
+    std::pair{MessageKind::controller_setup, std::string_view("ControllerSetup")},
     std::pair{MessageKind::kinematics, std::string_view("Kinematics")},
     std::pair{MessageKind::loads, std::string_view("Loads")},
     std::pair{MessageKind::applied_loads, std::string_view("AppliedLoads")},
     std::pair{MessageKind::kinematics_request, std::string_view("KinematicsRequest")},
+    std::pair{MessageKind::observation, std::string_view("Observation")},
+    std::pair{MessageKind::action, std::string_view("Action")},
     std::pair{MessageKind::save, std::string_view("Save")},
     std::pair{MessageKind::saved, std::string_view("Saved")},
     std::pair{MessageKind::restore, std::string_view("Restore")},
@@ -98,13 +104,15 @@ struct Header {
   bool operator==(const Header&) const = default;
 };
 
-/// What a component is to the coupler; a run has one of each.
-enum class Role { fluid, body };
+/// What a component is to the coupler; a run has one fluid, one body, and the controllers of its case.
+enum class Role { fluid, body, controller };
 
 /// Which of a component's two sockets a message travels on.
 enum class Lane { data, control };
 
-constexpr std::string_view name_of(Role role) { return role == Role::fluid ? "fluid" : "body"; }
+constexpr std::string_view name_of(Role role) {
+  return role == Role::fluid ? "fluid" : role == Role::body ? "body" : "controller";
+}
 constexpr std::string_view name_of(Lane lane) { return lane == Lane::data ? "data" : "control"; }
 
 /// Protocol versions of one side.
@@ -142,6 +150,10 @@ struct Hello {
   std::int64_t pid = 0;
   std::uint32_t ranks = 1;
   std::uint64_t instance = 0;  ///< random, the same on both lanes of a component
+  std::string name;            ///< of a controller: which one of the case
+
+  /// What the component is called in messages and files: "fluid", "body", or the controller's name.
+  [[nodiscard]] std::string party() const { return role == Role::controller ? name : std::string(name_of(role)); }
 };
 
 struct Welcome {

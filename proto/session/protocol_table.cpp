@@ -14,7 +14,7 @@ using nlohmann::ordered_json;
 
 ordered_json row_of(const Transition& transition) {
   ordered_json row{{"roles", ordered_json::array()}, {"from", ordered_json::array()}};
-  for (const Role role : {Role::fluid, Role::body}) {
+  for (const Role role : {Role::fluid, Role::body, Role::controller}) {
     if ((transition.roles & only(role)) != 0) row["roles"].push_back(name_of(role));
   }
   for (int state = 0; state <= static_cast<int>(State::orphaned); ++state) {

@@ -37,6 +37,7 @@ enum class Work : std::uint8_t {
   send_kinematics,
   compute_loads,  ///< reply, then the bulk update
   advance_bodies,
+  decide,
   write_state,
   send_summary,
   confirm_end,
@@ -49,7 +50,7 @@ using Roles = std::uint8_t;
 using States = std::uint16_t;
 constexpr Roles only(Role role) { return static_cast<Roles>(1U << static_cast<unsigned>(role)); }
 constexpr States in(State state) { return static_cast<States>(1U << static_cast<unsigned>(state)); }
-inline constexpr Roles any_role = only(Role::fluid) | only(Role::body);
+inline constexpr Roles any_role = only(Role::fluid) | only(Role::body) | only(Role::controller);
 inline constexpr States while_running = in(State::connected) | in(State::greeted) | in(State::configured) |
                                         in(State::ready) | in(State::stepping) | in(State::checkpointing);
 
@@ -91,10 +92,12 @@ inline constexpr std::array kTransitions = {
   row (any_role,          in(State::connected),                        MessageKind::refusal,            State::failed,        Work::end_process,     MessageKind::none),
   row (only(Role::fluid), in(State::greeted),                          MessageKind::fluid_setup,        State::configured,    Work::make_solver,     MessageKind::configured),
   row (only(Role::body),  in(State::greeted),                          MessageKind::body_setup,         State::configured,    Work::make_solver,     MessageKind::configured),
+  row (only(Role::controller), in(State::greeted),                     MessageKind::controller_setup,   State::configured,    Work::make_solver,     MessageKind::configured),
   row (any_role,          in(State::configured),                       MessageKind::restore,            State::checkpointing, Work::read_state,      MessageKind::restored),
   row (only(Role::fluid), in(State::configured) | in(State::ready),    MessageKind::kinematics,         State::stepping,      Work::compute_loads,   MessageKind::loads),
   stay(only(Role::body),  in(State::configured) | in(State::ready),    MessageKind::kinematics_request,                       Work::send_kinematics, MessageKind::kinematics),
   row (only(Role::body),  in(State::configured) | in(State::ready),    MessageKind::applied_loads,      State::stepping,      Work::advance_bodies,  MessageKind::kinematics),
+  row (only(Role::controller), in(State::configured) | in(State::ready), MessageKind::observation,      State::stepping,      Work::decide,          MessageKind::action),
   row (any_role,          in(State::ready),                            MessageKind::save,               State::checkpointing, Work::write_state,     MessageKind::saved),
   row (any_role,          in(State::stepping) | in(State::checkpointing), LocalEvent::work_done,        State::ready,         Work::none,            MessageKind::none),
   stay(any_role,          in(State::greeted) | in(State::configured) | in(State::ready), LocalEvent::work_done,               Work::none,            MessageKind::none),
@@ -130,13 +133,14 @@ constexpr std::string_view name_of(LocalEvent event) {
 }
 
 constexpr std::string_view name_of(Work work) {
-  constexpr std::array<std::string_view, 12> names = {"none",
+  constexpr std::array<std::string_view, 13> names = {"none",
                                                       "accept the welcome",
                                                       "make the solver",
                                                       "read the state",
                                                       "send the kinematics",
                                                       "compute loads, reply, bulk update",
                                                       "advance bodies",
+                                                      "decide the action",
                                                       "write the state",
                                                       "send the summary",
                                                       "confirm the end",

@@ -272,7 +272,9 @@ CouplerKeys read_coupler_keys(const std::string& path) {
   const Words lines = read_lines(path);
   CouplerKeys keys;
   keys.secret = take(lines, "secret", path);
-  for (const char* role : {"fluid", "body"}) keys.admitted[take(lines, role, path)] = role;
+  for (const char* role : {"fluid", "body"}) static_cast<void>(take(lines, role, path));
+  for (const auto& [name, key] : lines)
+    if (name != "secret") keys.admitted[take(lines, name, path)] = name;
   return keys;
 }
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import protocol_vectors
 from copepod_component import validation
 from copepod_conformance import protocol, suite
-from copepod_conformance.cases import BodyCase, FluidCase
+from copepod_conformance.cases import BodyCase, ControllerCase, FluidCase
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(sys.argv.pop()).resolve()
@@ -141,7 +141,11 @@ class ProtocolPage(unittest.TestCase):
 
     def test_every_rule_of_a_check_stands_under_its_heading(self):
         headings = set(re.findall(r"^## (.*)$", self.page, re.MULTILINE))
-        for role, case in (("fluid", FluidCase(set())), ("body", BodyCase(set()))):
+        for role, case in (
+            ("fluid", FluidCase(set())),
+            ("body", BodyCase(set())),
+            ("controller", ControllerCase(set())),
+        ):
             subject = types.SimpleNamespace(role=role, case=case, can=lambda feature: True)
             for check in suite.all_checks(subject):
                 self.assertIn(check.rule.section, headings, f"{check.group}: {check.name}")
@@ -170,8 +174,8 @@ class ProtocolPage(unittest.TestCase):
         drawing = re.search(r"```\n( component .*?)```", self.page, re.DOTALL)[1]
         requests = {}
         for line in drawing.splitlines():
-            if asked := re.search(r"◄─+ ([\w |]+)(?:\(n\))? +#\w ─+ │", line):
-                last = asked[1].strip()
+            if asked := re.search(r"◄─+ ([\w |]+)(?:\(n\))? +#\w ─+ │(?: +or (\w+))?", line):
+                last = " | ".join(filter(None, (asked[1].strip(), asked[2])))
             elif told := re.search(r"│ ── (\w+)(?:\(n(?:\+1)?\))? #\w ─+►", line):
                 requests.update({name: told[1] for name in last.split(" | ")})
         table = {row["message"]: row["reply"] for row in protocol.TRANSITIONS if "reply" in row and "message" in row}
@@ -184,7 +188,7 @@ class ProtocolPage(unittest.TestCase):
         self.assertEqual(protocol_vectors.FILE.read_text(), protocol_vectors.as_json())
 
     def test_the_states_are_reached_from_the_table(self):
-        for role in ("fluid", "body"):
+        for role in protocol.SETUP:
             self.assertEqual(
                 protocol.states_with_requests(role),
                 ["connected", "greeted", "configured", "stepping", "ready", "checkpointing"],

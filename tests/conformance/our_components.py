@@ -66,6 +66,8 @@ COMPONENTS = (
     Component("bullet_bodies", "body", ("{bin}/bullet_body_service",)),
     Component("mujoco_bodies", "body", ("{bin}/mujoco_body_service",)),
     Component("python_body", "body", ("/usr/bin/python3", "{examples}/point_masses.py")),
+    Component("python_controller", "controller", ("/usr/bin/python3", "{examples}/triangle_pilot.py")),
+    Component("controller", "controller", ("{bin}/triangle_pilot",)),
 )
 
 

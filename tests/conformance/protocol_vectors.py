@@ -15,7 +15,7 @@ from google.protobuf.json_format import MessageToDict
 from copepod.v1 import handshake_pb2
 from copepod_component.messages import TRANSITIONS, Envelope, checksum, to_frame
 from copepod_conformance import protocol
-from copepod_conformance.cases import BodyCase, FluidCase
+from copepod_conformance.cases import BodyCase, ControllerCase, FluidCase
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "protocol_vectors.json"
@@ -38,7 +38,14 @@ def frames():
 
 
 def _envelope(name):
-    numbered = {"FluidSetup": (1, 0), "BodySetup": (1, 0), "Configured": (1, 0), "Kinematics": (2, 0), "Loads": (2, 0)}
+    numbered = {
+        "FluidSetup": (1, 0),
+        "BodySetup": (1, 0),
+        "ControllerSetup": (1, 0),
+        "Configured": (1, 0),
+        "Kinematics": (2, 0),
+        "Loads": (2, 0),
+    }
     header = {"protocol_major": 2, "protocol_minor": 0, "session_id": SESSION, "epoch": EPOCH, "step": -1}
     if name in ("Hello", "Welcome", "Refusal"):
         header.update(session_id=0, epoch=0)
@@ -51,6 +58,8 @@ def _envelope(name):
         "BodySetup": BodyCase({"actuator:pair_force"}).setup_request,
         "Kinematics": lambda: FluidCase(set()).step_request(0),
         "AppliedLoads": lambda: BodyCase({"actuator:pair_force"}).step_request(0),
+        "ControllerSetup": ControllerCase(set()).setup_request,
+        "Observation": lambda: ControllerCase(set()).step_request(0),
     }.get(name, Envelope)()
     for field, value in header.items():
         setattr(envelope, field, value)
@@ -74,6 +83,8 @@ def _fill(name, message):
     elif name == "Loads":
         message.force_N.extend([1e-9, -2e-9, 0.5e-9] * 2)
         message.torque_N_m.extend([0.0] * 6)
+    elif name == "Action":
+        message.value.extend([1e-9, -2e-9, 0.5e-9])
     elif name in ("Save", "Restore"):
         message.path = "/tmp/checkpoint"
     elif name == "Summary":
@@ -128,7 +139,7 @@ def ping():
 
 
 def _roles(row):
-    return "both" if len(row["roles"]) == 2 else row["roles"][0]
+    return "all" if len(row["roles"]) > 1 else row["roles"][0]
 
 
 def _trigger(row):
@@ -167,7 +178,7 @@ def _is_from_anywhere(row):
 
 def _label(row):
     reply = f" → {row['reply']}" if "reply" in row else ""
-    return _trigger(row) + reply + ("" if _roles(row) == "both" else f" ({_roles(row)})")
+    return _trigger(row) + reply + ("" if _roles(row) == "all" else f" ({_roles(row)})")
 
 
 def features():

@@ -78,7 +78,7 @@ void show_to_component(session::Role role, MessageKind kind, const session::Head
 /// its reply.
 std::vector<session::CouplerSession> waiting_sessions() {
   std::vector<session::CouplerSession> waiting;
-  for (const session::Role role : {session::Role::fluid, session::Role::body}) {
+  for (const session::Role role : {session::Role::fluid, session::Role::body, session::Role::controller}) {
     for (int state = 0; state <= static_cast<int>(session::State::orphaned); ++state) {
       for (int request = 0; request <= static_cast<int>(MessageKind::failure); ++request) {
         session::CouplerSession coupler;
@@ -110,6 +110,7 @@ void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies, s
   static Kinematics kinematics;
   static Loads loads;
   static AppliedLoads applied;
+  static Observation observation;
   switch (kind) {
     case MessageKind::hello: {
       session::Hello hello;
@@ -133,6 +134,13 @@ void read(conversion::Decoder& decoder, MessageKind kind, Eigen::Index bodies, s
       BodySetup setup;
       return echo(decoder, setup);
     }
+    case MessageKind::controller_setup: {
+      ControllerSetup setup;
+      return echo(decoder, setup);
+    }
+    case MessageKind::observation:
+      echo(decoder, observation, bodies);
+      return compare(message, decoder, observation, bodies);
     case MessageKind::configured: {
       session::Configured configured;
       return echo(decoder, configured);
@@ -193,7 +201,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   try {
     const auto message = message_of(bytes[0], std::as_bytes(std::span(bytes + 1, size - 1)));
     const MessageKind kind = decoder.parse(message);
-    for (const session::Role role : {session::Role::fluid, session::Role::body})
+    for (const session::Role role : {session::Role::fluid, session::Role::body, session::Role::controller})
       show_to_component(role, kind, decoder.header());
     show_to_coupler(kind, decoder.header());
     read(decoder, kind, bytes[0], message);

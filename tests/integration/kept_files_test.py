@@ -102,14 +102,14 @@ class RunDirectory(TinyRunTest):
             make()
             (self.path / "precious").write_text("work of a year")
             with self.assertRaisesRegex(BadCase, r"\.keys is in the way \(not made by a run\)\. Move it away"):
-                self.scratch.keys("tcp://127.0.0.1:1")
+                self.scratch.keys("tcp://127.0.0.1:1", ["fluid", "body"])
             self.assertEqual((self.path / "precious").read_text(), "work of a year")
             if self.path.is_symlink():
                 self.path.unlink()
 
     def test_an_empty_folder_of_a_killed_run_is_no_obstacle(self):
         self.path.mkdir()
-        keys = self.scratch.keys("tcp://127.0.0.1:1")
+        keys = self.scratch.keys("tcp://127.0.0.1:1", ["fluid", "body"])
         self.assertEqual({file.parent for file in keys.values()}, {self.path})
         cleanup.remove_folders(self.scratch.folders)
         self.assertFalse(self.path.exists())

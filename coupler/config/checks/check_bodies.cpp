@@ -182,6 +182,26 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   require_bodies(the_case.springs, "springs");
   require_bodies(the_case.bends, "bends");
   require_bodies(the_case.actuators, "actuators");
+  std::map<std::string, std::string> steered;
+  for (std::size_t i = 0; i < the_case.controllers.size(); ++i) {
+    const std::string path = "controllers." + std::to_string(i);
+    const ControllerCase& controller = the_case.controllers[i];
+    for (const std::string& name : controller.bodies) require_body(name, path + ".observes");
+    for (const std::string& actuator : controller.actuators) {
+      if (std::ranges::count(assembly.drive_paths, actuator) != 1)
+        problems.reject(path + ".sets", "names " + actuator + " (which drives nothing, or two arms at once). Known: " +
+                                            listed(assembly.drive_paths) + ".");
+      else if (!steered.emplace(actuator, path).second)
+        problems.reject(path + ".sets", "names " + actuator + " (so does " + steered[actuator] +
+                                            ", and it has one value). Let one of them set it.");
+    }
+    const auto has_name = [&](const ControllerCase& each) { return each.name == controller.name; };
+    const bool is_taken = controller.name == "fluid" || controller.name == "body" || controller.name == "coupler" ||
+                          std::find_if(the_case.controllers.begin(), the_case.controllers.begin() + i, has_name) !=
+                              the_case.controllers.begin() + i;
+    if (is_taken && !controller.name.empty())
+      problems.reject(path + ".name", "is '" + controller.name + "' (another component has this name). Rename it.");
+  }
   seen.emplace(NamedJoint::world, "");  // in joints only
   require_bodies(the_case.joints, "joints");
 }

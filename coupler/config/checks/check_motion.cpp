@@ -246,6 +246,11 @@ void check_services(const Case& the_case, Problems& problems) {
     problems.reject("services.transport",
                     "is in_process (other components than our own must be processes). Write transport: ipc.");
   }
+  if (!the_case.controllers.empty()) {
+    problems.reject("services.transport",
+                    "is in_process (controllers are processes of their own). Write transport: ipc, or steer a "
+                    "copepod.Simulation of the case without controllers.");
+  }
   if (the_case.output.wire) {
     problems.reject("output.wire",
                     "is true (services.transport is in_process: there are no messages to record). Write transport: "

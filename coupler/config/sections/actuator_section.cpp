@@ -278,6 +278,28 @@ void declare(Keys& keys, NamedActuator& actuator, double step_s) {
   });
 }
 
+void declare_parameters(Keys& keys, std::string& parameters) {
+  const char* key = "parameters";
+  keys.describe(key, {{"type", "object"}}, "What the component receives as its parameters: any values by name.");
+  if (keys.resolved() != nullptr && !parameters.empty()) keys.write(key, ordered_json::parse(parameters));
+  if (!keys.reads(key)) return;
+  { keys.reader()->section(key).accept_all(); }
+  parameters = to_json(*keys.reader()->raw(key), Scalars::as_numbers).dump();
+}
+
+void declare(Keys& keys, ControllerCase& controller) {
+  keys.name(required("name"), controller.name, "Name in messages, and of its files.");
+  keys.command(required("command"), controller.command,
+               "Command that starts it. Relative paths in it start at the directory in which `copepod run` is called.");
+  keys.integer(required("every_steps"), controller.every_steps, Range::positive,
+               "Steps between two actions, from step 0 on.");
+  keys.words("observes", controller.bodies, 0, "Names of the bodies that it observes. Default: all.");
+  keys.words(required("sets"), controller.actuators, 0,
+             "Key paths of what it sets: actuators.0, joints.1, swimmers.0.arms.0. Its signal acts "
+             "until the first action.");
+  declare_parameters(keys, controller.parameters);
+}
+
 void declare(Keys& keys, BendSpecification& bend) {
   keys.number(required("stiffness_N_m_per_rad"), bend.stiffness_N_m_per_rad, Range::positive,
               "Stiffness κ of the energy κ (θ − θ₀)²/2.");

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "contract/body_setup.hpp"
+#include "contract/controller.hpp"
 #include "contract/fluid_setup.hpp"
 #include "contract/shape.hpp"
 #include "contract/words.hpp"
@@ -153,6 +154,11 @@ struct NamedGroup {
   std::int64_t period_steps = 0;                    ///< of the cycles to measure; 0: that of the drive
 };
 
+/// A component that observes bodies and steers actuators; the names of both are those of the case.
+struct ControllerCase : ControllerSetup {
+  std::vector<std::string> command;
+};
+
 /// What lubrication theory adds to the fluid's loads; its cut-off becomes FluidSetup::film_thickness_m.
 struct LubricationCase {
   /// Thickness of the films; 0: none; absent: auto, with fluids that announce thin_films.
@@ -196,6 +202,8 @@ struct ServicesCase {
   int fluid_ranks = 1;
   std::vector<std::string> fluid_command;  ///< empty: the service of ours that has the chosen solver
   std::vector<std::string> body_command;
+  std::string fluid_parameters;  ///< JSON, of a component that replaces ours
+  std::string body_parameters;
   int body_threads = 1;
   std::vector<std::string> hosts;     ///< "name" or "name:ranks"; the first has coupler and bodies; empty: this machine
   std::string transport = "ipc";      ///< "ipc", "tcp://host:port" or "in_process"
@@ -219,6 +227,7 @@ struct Case {
   std::vector<NamedJoint> joints;
   std::vector<NamedActuator> actuators;
   std::vector<NamedGroup> groups;
+  std::vector<ControllerCase> controllers;
   LoadAveraging load_averaging = LoadAveraging::two_step;
   std::optional<double> virtual_mass;  ///< in displaced masses; 0: none, absent: by the rule of checks/light_bodies.cpp
   LubricationCase lubrication;

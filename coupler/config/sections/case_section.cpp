@@ -16,7 +16,7 @@ namespace {
 using nlohmann::ordered_json;
 
 void declare(Keys& keys, BodyCase& body) {
-  declare_solver(keys, "solver", body.solver, body_solver_names, body.command,
+  declare_solver(keys, "solver", body.solver, body_solver_names, body.command, body.parameters,
                  "own: the body service of Copepod; bullet: the Bullet library, which keeps bodies that touch apart; "
                  "mujoco: the MuJoCo library, with joints and contacts; {command: …}: your own component.");
   keys.choice("integrator", body.integrator, integrator_names,
@@ -65,9 +65,13 @@ void declare(Keys& keys, ContactCase& contact) {
 
 /// Processes of fluid and bodies: a command in `services` (where --fluid and --body put theirs) takes
 /// precedence over one in `solver`, and a solver without cells runs on one rank.
-void settle_services(const FluidCase& fluid, const BodyCase& body, ServicesCase& services) {
+void settle_services(FluidCase& fluid, BodyCase& body, ServicesCase& services) {
   if (services.fluid_command.empty()) services.fluid_command = fluid.command;
   if (services.body_command.empty()) services.body_command = body.command;
+  if (fluid.parameters.empty()) fluid.parameters = services.fluid_parameters;
+  if (body.parameters.empty()) body.parameters = services.body_parameters;
+  services.fluid_parameters = fluid.parameters;
+  services.body_parameters = body.parameters;
   if (computes_no_cells(fluid.solver) && services.fluid_command.empty()) services.fluid_ranks = 1;
 }
 
@@ -125,6 +129,9 @@ void declare_bodies(Keys& keys, Case& the_case) {
       "actuators", the_case.actuators,
       "What drives bodies: forces along the line between two, forces and torques fixed to a body or in the world.",
       item_in_time);
+  if (keys.written_if(!the_case.controllers.empty()))
+    keys.list("controllers", the_case.controllers,
+              "Components that observe bodies now and then, and decide what actuators do (docs/controllers.md).", item);
   keys.numbers("gravity_m_per_s2", the_case.body.gravity_m_per_s2, "Gravity; weight less buoyancy acts on the bodies.");
 }
 

@@ -147,7 +147,7 @@ void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
 
 void declare(Keys& keys, FluidCase& fluid, std::optional<double> given_step_s) {
   declare_solver(
-      keys, required("solver"), fluid.solver, solver_names, fluid.command,
+      keys, required("solver"), fluid.solver, solver_names, fluid.command, fluid.parameters,
       "lattice_boltzmann: D3Q19; stokes: quasi-steady flow around spheres by mobility; vacuum: no fluid; {command: …}: "
       "your own component. Changing this line swaps the solver: keys that it does not use are ignored.");
   fluid.kind = fluid_kind(fluid.solver);

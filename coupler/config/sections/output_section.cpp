@@ -183,9 +183,11 @@ void declare(Keys& keys, ServicesCase& services) {
                       "no machine has so many). Give the number of processes.",
                       "Number of MPI processes. stokes and vacuum use one.");
     fluid.command("command", services.fluid_command, command);
+    declare_parameters(fluid, services.fluid_parameters);
   });
   keys.section("body", "The body service.", [&](Keys& body) {
     body.command("command", services.body_command, command);
+    declare_parameters(body, services.body_parameters);
     declare_number_of(
         body, "threads", services.body_threads, most_threads,
         "at most " + std::to_string(most_threads) + "). Use at most the number of cores.",

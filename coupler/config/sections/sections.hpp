@@ -35,6 +35,7 @@ void declare(Keys& keys, NamedBend& bend);
 void declare(Keys& keys, BendSpecification& bend);  ///< everything but its bodies
 void declare(Keys& keys, NamedJoint& joint, double step_s);
 void declare(Keys& keys, NamedActuator& actuator, double step_s);
+void declare(Keys& keys, ControllerCase& controller);
 void declare(Keys& keys, Drive& drive, double step_s);
 void declare(Keys& keys, OutputCase& output, std::int64_t steps);
 void declare(Keys& keys, ServicesCase& services);
@@ -103,11 +104,14 @@ void declare_names(Keys& keys, const Key& key, std::vector<std::string>& names, 
 /// Key `anchors_m`: points on two bodies, in their frames; their centres if absent.
 void declare_anchors(Keys& keys, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& anchor_B_m, const char* description);
 
+/// Key `parameters`: what a component of the user's own receives, any values by name, as JSON.
+void declare_parameters(Keys& keys, std::string& parameters);
+
 /// The key `solver`: one of `names`, or `{command: …}`, a component of the user's own (E::external).
-/// @param command  set to the words of that command, left alone otherwise
+/// @param command, parameters  of that component; left alone otherwise
 template <typename E, std::size_t N>
 void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choice<E>, N>& names,
-                    std::vector<std::string>& command, const char* description) {
+                    std::vector<std::string>& command, std::string& parameters, const char* description) {
   Reader* reader = keys.reader();
   const Value* value = reader == nullptr ? nullptr : reader->raw(key.name);
   const bool is_section = value != nullptr && value->kind == Value::Kind::mapping;
@@ -118,6 +122,7 @@ void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choi
     own.command(required("command"), command,
                 "Command that starts the component, as one text or a list of words. Relative paths in it start at the "
                 "directory in which `copepod run` is called.");
+    declare_parameters(own, parameters);
     Reader* inner = own.reader();
     if (inner != nullptr && command.empty() && !inner->problems().any_under(inner->path_of("command")))
       inner->reject(

@@ -16,6 +16,7 @@ namespace copepod::coupler {
 namespace {
 
 nlohmann::ordered_json number_or_text(const std::string& text) {
+  if (text == "true" || text == "false") return text == "true";
   constexpr double countable = 1e15;
   const std::optional<double> number = number_in<double>(text);
   if (!number || !std::isfinite(*number)) return text;

@@ -46,7 +46,7 @@ struct Value::Entry {
 /// Shortest decimal text that reads back to the same bits.
 std::string shortest_text(double number);
 
-/// What a scalar means depends on the key: all become strings; or those that read as numbers become numbers.
+/// What a scalar means depends on the key: all become strings; or numbers and truth values, where they read as such.
 enum class Scalars { as_text, as_numbers };
 nlohmann::ordered_json to_json(const Value& value, Scalars scalars = Scalars::as_text);
 

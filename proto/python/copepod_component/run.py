@@ -17,7 +17,7 @@ from .errors import CaseError, ComponentError
 from .keys import HandshakeMonitor, read_keys, require_keys_off_this_machine
 from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, envelope, handshake, setup, to_frame
 from .server import Server
-from .solvers import ServedBody, ServedFluid, SolverContext
+from .solvers import ServedBody, ServedController, ServedFluid, SolverContext
 from .validation import MESSAGE_BYTES, check_setup
 
 LINGER_MS = 500  # for the last message of a component that ends
@@ -50,9 +50,18 @@ def run_body_component(make_solver, capabilities, estimate=None, arguments=None)
     return serve_component(ServedBody(make_solver, context), capabilities, context, estimate, arguments)
 
 
+def run_controller_component(make_controller, capabilities, arguments=None):
+    """Serves the controller that make_controller(ControllerSetup, SolverContext) returns: an object with
+    act(Observation), which returns a value for each actuator, and a `state` of JSON values if it keeps anything.
+    """
+    context = SolverContext()
+    return serve_component(ServedController(make_controller, context), capabilities, context, None, arguments)
+
+
 def serve_component(served, capabilities, context, estimate=None, arguments=None):
     """Serves an object with role, perform(request, reply) and follow_up(name) (solvers.py); returns the exit code."""
-    options = _options(capabilities, estimate, arguments)
+    options = _options(served.role, capabilities, estimate, arguments)
+    name = options.name or served.role
     if estimate:
         features = sorted({*capabilities.features, "estimate"})
         capabilities = dataclasses.replace(capabilities, features=features)
@@ -62,7 +71,7 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     if options.estimate:
         return _print_estimate(served.role, estimate, options.ranks)
     level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
-    line = f"%(asctime)s %(levelname)s [{served.role} rank 0] %(message)s"
+    line = f"%(asctime)s %(levelname)s [{name} rank 0] %(message)s"
     logging.basicConfig(filename=options.log_file, level=level, format=line)
     log = logging.getLogger("copepod")
     try:
@@ -71,7 +80,7 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     except CaseError as error:
         print(f"error: {error}", file=sys.stderr)
         return int(error.code)
-    log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, served.role)
+    log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, name)
     zmq_context, instance = zmq.Context(), secrets.randbits(64)
 
     def make_socket(lane):
@@ -80,15 +89,16 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
         if keys:
             sock.curve_publickey, sock.curve_secretkey, sock.curve_serverkey = keys
         sock.ipv6 = "[" in options.endpoint
-        sock.setsockopt(zmq.ROUTING_ID, f"{served.role}-{instance}-{lane}".encode())
+        sock.setsockopt(zmq.ROUTING_ID, f"{name}-{instance}-{lane}".encode())
         return sock
 
     features, host = sorted(capabilities.features), host_names.gethostname()
 
     def hello(lane):
         hello = {
-            "role": handshake.ROLE_FLUID if served.role == "fluid" else handshake.ROLE_BODY,
+            "role": f"ROLE_{served.role.upper()}",
             "lane": lane,
+            "name": options.name,
             "versions": {"major": PROTOCOL_MAJOR, "minor_min": 0, "minor_max": PROTOCOL_MINOR},
             "session_token": options.session,
             "capabilities": dataclasses.asdict(capabilities) | {"features": features},
@@ -102,7 +112,7 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     ).start()
     monitor = HandshakeMonitor(data_lane)
     data_lane.connect(options.endpoint)
-    server = Server(data_lane, served, features, hello(handshake.LANE_DATA), context, monitor, host, log)
+    server = Server(data_lane, served, name, features, hello(handshake.LANE_DATA), context, monitor, host, log)
     code = int(server.run(options.connect_deadline))
     log.info("Ending with exit code %d.", code)
     data_lane.close()
@@ -110,7 +120,7 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     return code
 
 
-def _options(capabilities, estimate, arguments):
+def _options(role, capabilities, estimate, arguments):
     parser = argparse.ArgumentParser(description=f"{capabilities.name}, a component of Copepod")
     parser.add_argument("--capabilities", action="store_true", help="print name, role and features as JSON and exit")
     if estimate:
@@ -122,6 +132,9 @@ def _options(capabilities, estimate, arguments):
         parser.add_argument("--ranks", type=int, default=1, help="with --estimate: number of processes (default: 1)")
     parser.add_argument("--endpoint", help="address of the coupler: ipc:///path or tcp://host:port")
     parser.add_argument("--session", default=os.environ.get("COPEPOD_SESSION"), help="token of the run")
+    if role == "controller":
+        parser.add_argument("--name", help="which controller of the case this is")
+    parser.set_defaults(name=None)
     parser.add_argument("--keys", help="file with the keys of this role; required when other machines can listen")
     parser.add_argument("--log-file", help="log file (default: standard error)")
     parser.add_argument("--log-level", default="info", choices=["trace", "debug", "info", "warning", "error", "off"])

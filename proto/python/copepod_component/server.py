@@ -12,6 +12,7 @@ from .validation import check_version, check_welcome
 PHASES = {
     "FluidSetup": control.PHASE_CONFIGURING,
     "BodySetup": control.PHASE_CONFIGURING,
+    "ControllerSetup": control.PHASE_CONFIGURING,
     "Restore": control.PHASE_CHECKPOINTING,
     "Save": control.PHASE_CHECKPOINTING,
     "Finish": control.PHASE_FINISHING,
@@ -21,8 +22,8 @@ FINISH_S = 0.5
 
 
 class Server:
-    def __init__(self, socket, served, features, hello, context, monitor, host, log):
-        self._socket, self._served, self._features, self._hello = socket, served, features, hello
+    def __init__(self, socket, served, name, features, hello, context, monitor, host, log):
+        self._socket, self._served, self._name, self._features, self._hello = socket, served, name, features, hello
         self._context, self._monitor, self._host, self._log = context, monitor, host, log
         self._session = Session(served.role)
         self._last_reply = b""
@@ -50,7 +51,7 @@ class Server:
             if not self._session.session_id:  # the coupler cannot learn of it
                 print(f"error: {reason}", file=sys.stderr)
             elif not self._context.stop_code:
-                failure = {"code": int(code), "component": self._served.role, "host": self._host}
+                failure = {"code": int(code), "component": self._name, "host": self._host}
                 failure |= {"step": self._context.step, "reason": reason[:4000]}
                 self._socket.send(to_frame(self._envelope(step=self._context.step, failure=failure)))
             return self._context.stop_code or code

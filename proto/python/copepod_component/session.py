@@ -56,12 +56,13 @@ class Session:
                 f"request {envelope.sequence} came after request {self.last_sequence} "
                 "(one in between was lost). Send every request until it is answered."
             )
-        if row.get("to") == "stepping" and envelope.step != self.next_step:
+        is_early = envelope.step < self.next_step if name == "Observation" else envelope.step != self.next_step
+        if row.get("to") == "stepping" and is_early:
             raise Refused(
                 f"{name} of step {envelope.step} came where step {self.next_step} was due "
                 "(a step was left out or done twice). Advance step by step."
             )
-        if row.get("to") == "configured" or name == "Restore":
+        if row.get("to") == "configured" or name in ("Restore", "Observation"):
             self.next_step = envelope.step
         self.last_sequence = envelope.sequence
         return self._take(row)

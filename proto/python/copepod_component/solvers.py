@@ -1,13 +1,15 @@
 """Solvers behind the messages of their role; arrays are numpy, shape (bodies, …), SI units, world frame."""
 
 import dataclasses
+import json
+import os
 import time
 from typing import Any
 
 import numpy as np
 
 from .errors import ComponentError, Refused, SolverError, StorageError
-from .messages import control
+from .messages import checksum, control
 from .validation import check_setup, check_text
 
 
@@ -54,6 +56,14 @@ class Kinematics:
 
 
 WIDTHS = {"position_m": 3, "orientation_wxyz": 4, "velocity_m_per_s": 3, "angular_velocity_rad_per_s": 3}
+
+
+@dataclasses.dataclass
+class Observation(Kinematics):
+    """What a controller sees of its bodies: their motion, and the loads on them during the step before."""
+
+    force_N: np.ndarray  #: (bodies, 3), hydrodynamic; zeros at the first step
+    torque_N_m: np.ndarray  #: (bodies, 3), about the centre of mass
 
 
 @dataclasses.dataclass
@@ -142,7 +152,7 @@ class _Served:
             summary = self.solver.summarise()
             fields = dataclasses.asdict(summary) | {"seconds": summary.seconds or self._seconds}
             reply.MergeFrom(type(reply)(summary=fields))
-        elif name in ("FluidSetup", "BodySetup"):
+        elif name in ("FluidSetup", "BodySetup", "ControllerSetup"):
             check_setup(body)
             self._bodies = len(body.bodies)
             self.solver = self._make_solver(body, self._context)
@@ -202,6 +212,47 @@ class ServedBody(_Served):
             arrays = (_read(getattr(body, key), shape, key) for key, shape in shapes.items())
             applied = AppliedLoads(request.step, *arrays)
             write_kinematics(self._timed("step", self.solver.step, applied), self._bodies, reply)
+
+
+class ServedController(_Served):
+    role = "controller"
+
+    def _configured(self, setup, reply):
+        self._actuators = len(setup.actuators)
+        if not hasattr(self.solver, "save"):
+            self.solver = _KeepsState(self.solver)
+
+    def _step(self, name, body, request, reply):
+        widths = WIDTHS | {"force_N": 3, "torque_N_m": 3}
+        arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in widths.items())
+        action = self._timed("act", self.solver.act, Observation(request.step, *arrays))
+        reply.action.SetInParent()
+        _write(reply.action.value, action, (self._actuators,), "an action")
+
+
+class _KeepsState:
+    """A controller whose `state`, if it has one, is of JSON values; on disk it has its checksum behind it."""
+
+    def __init__(self, controller):
+        self._controller, self.act = controller, controller.act
+
+    def save(self, path):
+        content = json.dumps(getattr(self._controller, "state", None)).encode()
+        with open(path, "xb") as file:
+            file.write(content + checksum(content))
+            file.flush()
+            os.fsync(file.fileno())
+
+    def restore(self, path):
+        with open(path, "rb") as file:
+            content = file.read()
+        state, end = content[:-9], content[-9:]
+        if end != checksum(state):
+            raise ValueError("its checksum is wrong")
+        self._controller.state = json.loads(state)
+
+    def summarise(self):
+        return Summary()
 
 
 def write_kinematics(kinematics, bodies, reply):

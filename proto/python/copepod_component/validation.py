@@ -13,6 +13,7 @@ CELLS = 10**12
 STRING_BYTES = 4096
 # Of lists in a setup; other lists of numbers are vectors of 3.
 _LENGTHS = {"boundaries": (6,), "orientation_wxyz": (4,), "extents_m": (0, 3), "inertia_kg_m2": (0, 6)}
+_LONG_TEXTS = {"text", "parameters"}
 _OF_ANY_LENGTH = {"quantities", "region_cells", "vertices_m", "triangles"}
 
 
@@ -32,7 +33,7 @@ def check_welcome(welcome):
 
 
 def check_setup(setup):
-    """Raises Refused unless every field of a FluidSetup or BodySetup is valid."""
+    """Raises Refused unless every field of a setup is valid."""
     _check(setup)
     if getattr(setup, "no_slip_plane", 0) > 6:
         raise _refused(f"no_slip_plane is {setup.no_slip_plane}, a domain has 6 faces")
@@ -45,6 +46,8 @@ def check_setup(setup):
         for pair in setup.jointed:
             if not pair.body_A < pair.body_B < len(setup.bodies):
                 raise _refused(f"a joint is on bodies {pair.body_A} and {pair.body_B} of {len(setup.bodies)}")
+    if getattr(setup, "every_steps", 1) < 1:
+        raise _refused(f"every_steps is {setup.every_steps}, less than 1")
     if hasattr(setup, "springs"):
         _check_bodies(setup)
 
@@ -110,12 +113,13 @@ def _check(message):
             for entry in entries:
                 if entry == 0 or entry not in field.enum_type.values_by_number:
                     raise _refused(f"{name} has the unknown value {entry}")
-        elif field.type == FieldDescriptor.TYPE_STRING:
-            check_text(value, name)
+        elif field.type == FieldDescriptor.TYPE_STRING and name not in _LONG_TEXTS:
+            for entry in entries:
+                check_text(entry, name)
 
 
 def _check_length(field, entries):
-    if field.type == FieldDescriptor.TYPE_MESSAGE and field.name not in _LENGTHS:
+    if field.type in (FieldDescriptor.TYPE_MESSAGE, FieldDescriptor.TYPE_STRING):
         if len(entries) > ENTRIES:
             raise _refused(f"{field.name} has {len(entries)} entries, at most {ENTRIES} are allowed")
     elif field.name not in _OF_ANY_LENGTH and len(entries) not in _LENGTHS.get(field.name, (3,)):

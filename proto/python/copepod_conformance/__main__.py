@@ -31,11 +31,11 @@ def make_parser():
     """Of what stands before --."""
     parser = argparse.ArgumentParser(
         prog=called_as("conformance"),
-        usage="%(prog)s --role fluid|body [options] -- CMD…",
+        usage="%(prog)s --role fluid|body|controller [options] -- CMD…",
         description="Plays the coupler of a component, in many short runs, and compares what it does with "
         "docs/protocol.md. Exit code 0: conformant, 1: not, 2: CMD is not a component, or the command line is wrong.",
     )
-    parser.add_argument("--role", required=True, choices=["fluid", "body"])
+    parser.add_argument("--role", required=True, choices=["fluid", "body", "controller"])
     parser.add_argument(
         "--solver",
         choices=["lattice_boltzmann", "stokes", "vacuum", "external"],

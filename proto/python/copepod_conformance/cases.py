@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from copepod_component.messages import Envelope, setup
-from copepod_conformance.protocol import part
+from copepod_conformance.protocol import content, part
 from copepod_conformance.verdicts import Violation
 
 SOLVERS = {
@@ -34,6 +34,9 @@ ZERO = (0.0, 0.0, 0.0)
 AT_CENTRES = {"anchor_A_m": ZERO, "anchor_B_m": ZERO}
 _INTEGRATORS = ("runge_kutta_4", "semi_implicit_euler")
 DIRECTION = np.array([0.5, -1.0, 0.25])
+_CORNERS_M = np.array([(8, 12, 12), (24, 12, 12), (16, 12, 20)]) * CELL_M
+_PATTERN_OF_THREE = np.array([DIRECTION, -DIRECTION, 2 * DIRECTION])
+_PARAMETERS = '{"target_m": [1e-6, 1e-6], "stroke_m": 1e-6}'  # of our own examples
 _PATTERN = np.array([DIRECTION, (-0.25, 0.5, 1.0)])  # motion in units of SPEED and SPIN, loads in units of FORCE
 
 
@@ -113,6 +116,25 @@ class BodyCase:
         actuation = [values(step + node) if callable(values) else values for node in self.driving_nodes]
         loads = {"force_N": np.ravel(force_N), "torque_N_m": np.ravel(torque_N_m), "actuation": np.ravel(actuation)}
         return Envelope(step=step, applied_loads=loads)
+
+
+class ControllerCase:
+    """Three spheres, of which it sees the motion that a fluid would meet; it sets three actuators."""
+
+    def __init__(self, features, solver=None):
+        self.solver = ""
+
+    def setup_request(self):
+        setup = {"name": "pilot", "step_s": STEP_S, "every_steps": 1, "parameters": _PARAMETERS}
+        names = {"bodies": ["A", "B", "C"], "actuators": [f"actuators.{number}" for number in range(3)]}
+        return Envelope(step=0, controller_setup={**setup, **names})
+
+    def step_request(self, step):
+        velocity, spin = SPEED_M_PER_S * _PATTERN_OF_THREE, SPIN_RAD_PER_S * _PATTERN_OF_THREE
+        motion = content(FluidCase.motion_request(step, velocity, spin, _CORNERS_M))
+        fields: dict = {field.name: list(value) for field, value in motion.ListFields()}
+        loads = {"force_N": FORCE_N * np.ravel(velocity), "torque_N_m": TORQUE_N_M * np.ravel(spin)}
+        return Envelope(step=step, observation={**fields, **loads})
 
 
 OTHER_SHAPES = ("capsule", "ellipsoid", "cylinder", "box", "mesh", "compound")

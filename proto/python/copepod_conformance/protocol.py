@@ -7,9 +7,9 @@ from copepod_component.messages import TRANSITIONS, Envelope, handshake, message
 _FIELDS = {field.message_type.name: field.name for field in Envelope.DESCRIPTOR.oneofs_by_name["body"].fields}
 MESSAGES = tuple(_FIELDS)  # every message of the protocol, in the order of the schema
 HANDSHAKE = ("Welcome", "Refusal")
-SETUP = {"fluid": "FluidSetup", "body": "BodySetup"}
-STEP = {"fluid": "Kinematics", "body": "AppliedLoads"}
-ROLE_NUMBER = {"fluid": handshake.ROLE_FLUID, "body": handshake.ROLE_BODY}
+SETUP = {"fluid": "FluidSetup", "body": "BodySetup", "controller": "ControllerSetup"}
+STEP = {"fluid": "Kinematics", "body": "AppliedLoads", "controller": "Observation"}
+ROLE_NUMBER = {role: handshake.Role.Value(f"ROLE_{role.upper()}") for role in SETUP}
 START, WORK_DONE = "connected", "work done"
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from copepod_component.errors import CaseError
 from copepod_component.messages import Envelope, message_name
 from copepod_conformance import protocol
-from copepod_conformance.cases import BodyCase, FluidCase
+from copepod_conformance.cases import BodyCase, ControllerCase, FluidCase
 from copepod_conformance.component_process import Component
 from copepod_conformance.conversation import CONTROL, DATA, Conversation
 from copepod_conformance.protocol import content, describe, part
@@ -19,7 +19,7 @@ from copepod_conformance.verdicts import NotApplicable, Violation
 
 STEPS = 6  # of the undisturbed run
 SAVED_STEP = 3
-_CASES = {"fluid": FluidCase, "body": BodyCase}
+_CASES = {"fluid": FluidCase, "body": BodyCase, "controller": ControllerCase}
 
 
 class Subject(Component):
@@ -115,7 +115,7 @@ class Trial(Conversation):
     """A coupler that follows the protocol unless a check requests otherwise."""
 
     def __init__(self, subject, options=()):
-        super().__init__(subject, options)
+        super().__init__(subject, (*options, *(["--name", "pilot"] if subject.role == "controller" else [])))
         self.role, self.case, self.step_name = subject.role, subject.case, protocol.STEP[subject.role]
         self.next_step = 0
 
@@ -206,7 +206,7 @@ class Trial(Conversation):
                 f"{reply.name} with sequence, session and epoch {header.sequence}, {header.session_id}, "
                 f"{header.epoch} instead of {wanted[0]}, {wanted[1]}, {wanted[2]}"
             )
-        if reply.name in ("Loads", "Kinematics"):
+        if reply.name in ("Loads", "Kinematics", "Action"):
             due = request.step + 1 if name == "AppliedLoads" else request.step
             if header.step != due:
                 raise Violation(f"{reply.name} of step {header.step} instead of step {due}")

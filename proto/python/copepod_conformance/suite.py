@@ -14,8 +14,8 @@ from copepod_conformance.subject import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
 SUITE = "COPEPOD_CONFORMANCE"  # in the environment of every process that the suite starts
-_OF_BOTH_ROLES = (handshake, states, exactly_once, limits, checkpoints, lifetime)
-_OF_ROLE = {"fluid": (fluid_physics,), "body": (body_physics, body_constraints)}
+_OF_ALL_ROLES = (handshake, states, exactly_once, limits, checkpoints, lifetime)
+_OF_ROLE = {"fluid": (fluid_physics,), "body": (body_physics, body_constraints), "controller": ()}
 GROUPS = (  # of checks, in the order of the report
     *("handshake", "versions", "states", "exactly once", "limits", "numbers", "checkpoints"),
     *("control lane", "ends", "processes", "physics"),
@@ -24,7 +24,7 @@ _MOST_SILENCES = 12  # each costs the whole patience
 
 
 def all_checks(subject):
-    return [check for module in (*_OF_BOTH_ROLES, *_OF_ROLE[subject.role]) for check in module.checks(subject)]
+    return [check for module in (*_OF_ALL_ROLES, *_OF_ROLE[subject.role]) for check in module.checks(subject)]
 
 
 class Suite:

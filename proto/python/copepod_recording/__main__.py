@@ -58,7 +58,7 @@ def make_parser():
     replay = add("replay", _replay, "play the coupler of the run to the component that the command after -- starts")
     component = add("component", _component, "take part in a run as the recorded component")
     for command in (replay, component):
-        command.add_argument("--role", required=True, choices=("fluid", "body"))
+        command.add_argument("--role", required=True, help="fluid, body, or the name of a controller")
         command.add_argument(
             "--tolerance", type=tolerance, default=0.0, metavar="X", help="relative difference (default: 0, every bit)"
         )

@@ -11,9 +11,14 @@ from copepod_component.errors import CaseError, Refused, StorageError
 from copepod_component.messages import Damaged, from_frame, message_name, recording
 
 _EARLIER_FORMAT = b"\x89CPDREC\n"  # how files of version 1.0 begin
-ROLES = {1: "fluid", 2: "body"}
+_ROLES = {1: "fluid", 2: "body"}
 _LANES = {1: "data", 2: "control"}
 _ARROWS = {1: "-->", 2: "<--"}
+
+
+def party_of(recorded):
+    """Whose message it is: "fluid", "body", or the name of a controller; "?" before its Hello."""
+    return recorded.name or _ROLES.get(recorded.role, "?")
 
 
 class UnreadableRecording(StorageError):
@@ -105,7 +110,7 @@ def lines(recording):
         if envelope:
             again = f", attempt {envelope.attempt}" if envelope.attempt else ""
             about = f"step {envelope.step} #{envelope.sequence}{again} {about}"
-        role, lane = ROLES.get(recorded.role, "?"), _LANES.get(recorded.lane, "?")
+        role, lane = party_of(recorded), _LANES.get(recorded.lane, "?")
         yield (
             f"{(recorded.time_ns - start) * 1e-9:13.6f} s  {_ARROWS.get(recorded.direction, '?')} "
             f"{role:5} {lane:7}  {about}, {len(recorded.envelope)} bytes"
@@ -117,7 +122,7 @@ def counts(recording):
     number: Counter = Counter()
     size: Counter = Counter()
     for recorded, envelope in recording.messages():
-        key = (ROLES.get(recorded.role, "?"), "to" if recorded.direction == 1 else "from", _name(envelope))
+        key = (party_of(recorded), "to" if recorded.direction == 1 else "from", _name(envelope))
         number[key] += 1
         size[key] += len(recorded.envelope)
     return [(*key, number[key], size[key]) for key, _ in size.most_common()]

@@ -13,6 +13,7 @@ from copepod_component.solvers import SolverContext
 from copepod_conformance.conversation import DATA, Conversation
 from copepod_conformance.protocol import HANDSHAKE, ROLE_NUMBER, content, part
 from copepod_conformance.verdicts import Violation
+from copepod_recording.reader import party_of
 
 _END_S = 30.0  # after Finished
 # What differs between two runs that are the same: which run it was, how its requests are numbered …
@@ -51,11 +52,12 @@ class Script:
 
 
 def script_of(recording, role):
-    """Script of "fluid" or "body", up to the first damaged message. Requests that were sent twice count once."""
+    """Script of "fluid", "body" or a controller by its name, up to the first damaged message. Requests that were sent
+    twice count once."""
     script = Script()
     by_sequence = {}
     for recorded, envelope in recording.messages():
-        if recorded.role != ROLE_NUMBER[role] or recorded.lane == handshake.LANE_CONTROL:
+        if party_of(recorded) != role or recorded.lane == handshake.LANE_CONTROL:
             continue
         if envelope is None:
             recording.ending = f"damaged after {len(script.exchanges)} exchanges"
@@ -81,9 +83,10 @@ def replay(component, role, script, tolerance, on_difference):
     answer, reports a failure or does not exit with 0.
     """
     try:
-        with Conversation(component) as conversation:
+        kind = role if role in ROLE_NUMBER else "controller"
+        with Conversation(component, ["--name", role] if kind == "controller" else []) as conversation:
             conversation.await_hello()
-            if conversation.hellos[DATA].envelope.hello.role != ROLE_NUMBER[role]:
+            if conversation.hellos[DATA].envelope.hello.role != ROLE_NUMBER[kind]:
                 raise Violation(f"a Hello that is not of a {role} component")
             conversation.welcome()
             compared = 0
@@ -130,8 +133,8 @@ def _redirect(request, role, folder):
     if name == "FluidSetup":
         request.fluid_setup.fields.directory = str(folder)
         request.fluid_setup.trace_directory = ""
-    elif name == "BodySetup":
-        request.body_setup.trace_directory = ""
+    elif name in ("BodySetup", "ControllerSetup"):
+        content(request).trace_directory = ""
     elif name == "Save":
         request.save.path = str(folder / f"{role}_{request.step}")
 

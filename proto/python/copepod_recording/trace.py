@@ -8,7 +8,7 @@ from operator import ge
 from statistics import median
 
 from copepod_component.messages import handshake, message_name, recording as schema
-from copepod_recording.reader import ROLES
+from copepod_recording.reader import party_of
 
 _ORDER = {"coupler": 0, "body": 1, "fluid": 2}
 _MESSAGES = 100  # process number of the recorded messages
@@ -87,8 +87,8 @@ def as_json(timelines, wire=None):
     end = max(phase.end_ns for timeline in timelines for phase in timeline.phases)
     tracks = [(number, each.title, 0, each.title, each.phases) for number, each in enumerate(timelines, 1)]
     if wire is not None:
-        for role, phases in _messages(wire, start, end).items():
-            tracks.append((_MESSAGES, "messages", role, f"{ROLES[role]}: request to reply", phases))
+        for number, (party, phases) in enumerate(_messages(wire, start, end).items(), 1):
+            tracks.append((_MESSAGES, "messages", number, f"{party}: request to reply", phases))
     events = []
     for process, process_name, thread, thread_name, phases in tracks:
         events += [
@@ -104,21 +104,22 @@ def as_json(timelines, wire=None):
 
 
 def _messages(wire, start, end):
-    """By role: from each request until its reply, as the coupler's socket saw both."""
-    found: dict = {role: [] for role in ROLES}
+    """By component: from each request until its reply, as the coupler's socket saw both."""
+    found: dict = {"fluid": [], "body": []}
     requests: dict = {}
     for recorded, envelope in wire.messages():
-        if recorded.lane != handshake.LANE_DATA or recorded.role not in ROLES or envelope is None:
+        party = party_of(recorded)
+        if recorded.lane != handshake.LANE_DATA or party == "?" or envelope is None:
             continue
         if not start <= recorded.time_ns <= end:
             continue
-        key = (recorded.role, envelope.sequence)
+        key = (party, envelope.sequence)
         if recorded.direction == schema.DIRECTION_TO_COMPONENT:
             requests.setdefault(key, (recorded.time_ns, envelope))
         elif key in requests:
             sent, request = requests.pop(key)
             name = f"{message_name(request)} → {message_name(envelope)}"
-            found[recorded.role].append(Phase(name, request.step, sent, recorded.time_ns))
+            found.setdefault(party, []).append(Phase(name, request.step, sent, recorded.time_ns))
     return found
 
 

@@ -131,7 +131,7 @@ def checks(subject):
     end, lane = "ends", "control lane"
     endings = (
         ("Finish", lambda trial: trial.request("Finish")),
-        ("a Failure", lambda trial: trial.send(trial.case.step_request(7))),
+        ("a Failure", lambda trial: trial.send(trial.case.step_request(0))),
         ("an Abort", lambda trial: trial.abort(70)),
         ("the loss of the coupler", lambda trial: trial.vanish()),
     )

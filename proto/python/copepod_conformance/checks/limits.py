@@ -18,7 +18,7 @@ _ENUMERATION = Rule("Limits", "unknown enumeration values are refused with code 
 _INDEX = Rule("Limits", "indices out of range are refused with code 65")
 _TEXT = Rule("Limits", "texts beyond 4096 bytes are refused with code 65")
 _COUNT = Rule("Limits", "more than 1 000 000 bodies are refused with code 65")
-_FIELDS = Rule("Limits", "field output of no or negative steps is refused with code 65")
+_FIELDS = Rule("Limits", "field output or actions of no or negative steps are refused with code 65")
 _CELLS = Rule("Limits", "negative or more than 10¹² cells are refused with code 65")
 _FINITE = Rule("Limits", "a message with a number that is not finite is refused with code 65")
 _SIZE = Rule(
@@ -90,7 +90,7 @@ def _spoilt_fields(request):
     name = message_name(request)
     for path, _, field in _fields_of(content(request)):
         faults = []  # group, rule, change, its description, whether --quick leaves it out
-        if _is_list(field):
+        if _is_list(field) and field.type != FieldDescriptor.TYPE_STRING:
             faults.append(("limits", _SHAPE, partial(_repeat_last, 0), "too short", False))
             faults.append(("limits", _SHAPE, partial(_repeat_last, 2), "too long", False))
         if field.type == FieldDescriptor.TYPE_ENUM:
@@ -193,6 +193,10 @@ def _long_name(setup):
     setup.bodies[0].name = _LONG_TEXT
 
 
+def _no_steps(setup):
+    setup.every_steps = 0
+
+
 def _cells(*counts):
     return lambda setup: setup.domain_cells.__setitem__(slice(None), counts)
 
@@ -210,6 +214,7 @@ _BAD_SETUPS = {
         ("an actuator on a body that does not exist", _INDEX, _ACTUATOR, "an actuator on body 2 of 2"),
         ("a bend to a body that does not exist", _INDEX, _BEND, "a bend of bodies 0, 1 and 2 of 2"),
     ),
+    "controller": (("an action every 0 steps", _FIELDS, _no_steps, "every_steps = 0"),),
     "fluid": (
         ("a mean of every 0th step", _FIELDS, _with(fields={"mean_stop": 2}), "a mean of every 0th of steps 0 to 2"),
         ("a mean of no step", _FIELDS, _with(fields=_NO_STEP), "a mean of steps 2 to 2"),

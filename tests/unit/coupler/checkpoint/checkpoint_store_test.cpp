@@ -45,13 +45,15 @@ CouplerState state_of(std::int64_t step) {
   state.swimmers = {sums, CycleSums{}};
   state.balance.from_fluid_N_s = Eigen::Vector3d::Random() / 3.0;
   state.balance.from_drive_J = 1.0 / 7.0;
+  state.loads = state.previous_loads;
+  state.steered = {{}, {1.0 / 3.0, 2.0}};
   return state;
 }
 
 class Store : public testing::Test {
  protected:
   void write(std::int64_t step) {
-    store.prepare(fluid, body, state_of(step));
+    store.prepare({{fluid_file, &fluid}, {body_file, &body}}, state_of(step));
     store.commit(step);
   }
 
@@ -64,7 +66,7 @@ class Store : public testing::Test {
 
 TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   const CouplerState state = state_of(1000);
-  store.prepare(fluid, body, state);
+  store.prepare({{fluid_file, &fluid}, {body_file, &body}}, state);
   store.commit(state.step);
   const CouplerState found = store.newest().state;
   EXPECT_EQ(found.step, 1000);
@@ -76,6 +78,9 @@ TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   EXPECT_EQ(found.previous_kinematics.orientation_wxyz, state.previous_kinematics.orientation_wxyz);
   EXPECT_EQ(found.previous_kinematics.velocity_m_per_s, state.previous_kinematics.velocity_m_per_s);
   EXPECT_EQ(found.previous_kinematics.angular_velocity_rad_per_s, state.previous_kinematics.angular_velocity_rad_per_s);
+  EXPECT_EQ(found.loads.force_N, state.loads.force_N);
+  EXPECT_EQ(found.loads.torque_N_m, state.loads.torque_N_m);
+  EXPECT_EQ(found.steered, state.steered);
   ASSERT_EQ(found.swimmers.size(), 2U);
   EXPECT_EQ(found.swimmers[0].arm_m, state.swimmers[0].arm_m);
   EXPECT_EQ(found.swimmers[0].power_W, state.swimmers[0].power_W);
@@ -183,7 +188,7 @@ TEST_F(Store, NeedsTheRowsThatTheTablesOfTheRunHad) {
     const std::uintmax_t bytes = fs::file_size(table);
     CouplerState state = state_of(step);
     state.tables["trajectory.csv"] = {bytes, checksum_of_start(table, bytes).value()};
-    store.prepare(fluid, body, state);
+    store.prepare({{fluid_file, &fluid}, {body_file, &body}}, state);
     store.commit(step);
   };
   write_with_table(1000);
@@ -250,7 +255,7 @@ TEST_F(Store, LeavesOlderOnesAloneWhenASolverCannotSave) {
       throw StorageError(path + " cannot be written (disk full). Free space.");
     }
   } full;
-  EXPECT_THROW(store.prepare(full, body, state_of(2000)), StorageError);
+  EXPECT_THROW(store.prepare({{fluid_file, &full}, {body_file, &body}}, state_of(2000)), StorageError);
   EXPECT_EQ(store.newest().state.step, 1000);
   write(3000);
   EXPECT_EQ(store.newest().state.step, 3000);

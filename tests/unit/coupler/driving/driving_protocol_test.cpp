@@ -40,6 +40,25 @@ TEST(DrivingProtocol, MovesJointsFromWhereTheyStart) {
   EXPECT_DOUBLE_EQ(actuation(0, 1), 2.0 - 2.0 * sine_of_turns(1.0 / 8.0));
 }
 
+/// A run that is resumed has the courses that actuators were steered to, and the signals of the others.
+TEST(DrivingProtocol, ContinuesSteeredCourses) {
+  const std::vector<DrivenActuator> drive{pair_force(0, 1, 2.0), pair_force(1, 2, 3.0), pair_force(0, 2, 4.0)};
+  DrivingProtocol steered(drive), resumed(drive);
+  steered.steer(0, 10, 5.0, 0);
+  steered.steer(1, 10, 6.0, 8);
+  ASSERT_EQ(steered.steered().size(), 3U);
+  EXPECT_TRUE(steered.steered()[2].empty());
+  for (std::size_t i = 0; i < 2; ++i) resumed.follow(i, steered.steered()[i]);
+  Eigen::MatrixXd expected, found;
+  for (const std::int64_t step : {10, 13, 18, 40}) {
+    steered.sample(step, std::array{0.0, 0.5}, expected);
+    resumed.sample(step, std::array{0.0, 0.5}, found);
+    EXPECT_EQ(found, expected) << step;
+    EXPECT_EQ(found(0, 0), 5.0) << step;
+  }
+  EXPECT_EQ(found(1, 0), 6.0);
+}
+
 TEST(DrivingProtocol, PushesPairsApartWithoutNetForceAtEveryStep) {
   const DrivingProtocol driving({pair_force(0, 1, 2.0), pair_force(1, 2, 3.0)});
   Kinematics kinematics;

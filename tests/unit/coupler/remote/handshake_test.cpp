@@ -25,8 +25,7 @@ class SentMessages : public transport::Router {
 
 class Applicant {
  public:
-  Applicant(session::Lane lane, std::string identity) : identity_(std::move(identity)) {
-    session::Hello hello;
+  Applicant(session::Lane lane, std::string identity, session::Hello hello = {}) : identity_(std::move(identity)) {
     hello.lane = lane;
     hello.session_token = "token";
     bytes_ = encoder_.encode(session::Header{}, hello);
@@ -44,7 +43,7 @@ class Applicant {
 /// The Hellos of the two lanes come in any order; the component reads its Refusal on the data lane.
 TEST(Handshake, EndsTheRunOnlyAfterTheRefusalOnTheDataLane) {
   SentMessages sent;
-  Parties parties;
+  Parties parties({});
   Handshake handshake(sent, parties, "token");
   EXPECT_NO_THROW(handshake.handle(Applicant(session::Lane::control, "body").hello(), 0));
   EXPECT_THROW(handshake.handle(Applicant(session::Lane::data, "body").hello(), 0), Refused);
@@ -55,12 +54,31 @@ TEST(Handshake, EndsTheRunOnlyAfterTheRefusalOnTheDataLane) {
 
 TEST(Handshake, AdmitsAComponentOnceBothLanesHaveAsked) {
   SentMessages sent;
-  Parties parties;
+  Parties parties({});
   Handshake handshake(sent, parties, "token");
   handshake.handle(Applicant(session::Lane::control, "fluid").hello(), 0);
-  EXPECT_FALSE(parties.of(session::Role::fluid).is_complete());
+  EXPECT_FALSE(parties[0].is_complete());
   handshake.handle(Applicant(session::Lane::data, "fluid").hello(), 0);
-  EXPECT_TRUE(parties.of(session::Role::fluid).is_complete());
+  EXPECT_TRUE(parties[0].is_complete());
+}
+
+TEST(Handshake, AdmitsTheControllersOfTheCaseByTheirNames) {
+  SentMessages sent;
+  Parties parties({"pilot", "brake"});
+  Handshake handshake(sent, parties, "token");
+  const auto hello_of = [](const char* name) {
+    session::Hello hello;
+    hello.role = session::Role::controller;
+    hello.name = name;
+    return hello;
+  };
+  EXPECT_EQ(parties.missing(), "fluid and body and pilot and brake");
+  for (const session::Lane lane : {session::Lane::control, session::Lane::data})
+    EXPECT_EQ(handshake.handle(Applicant(lane, "brake", hello_of("brake")).hello(), 0), "");
+  EXPECT_EQ(parties.missing(), "fluid and body and pilot");
+  const std::string refused = handshake.handle(Applicant(session::Lane::data, "", hello_of("pirate")).hello(), 0);
+  EXPECT_NE(refused.find("no controller of that name"), std::string::npos) << refused;
+  EXPECT_THROW(handshake.handle(Applicant(session::Lane::data, "brake", hello_of("pilot")).hello(), 0), Refused);
 }
 
 }  // namespace

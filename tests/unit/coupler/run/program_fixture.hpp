@@ -44,7 +44,7 @@ output: {trajectory: {every_steps: 100}}
     out.str("");
     err.str("");
     return run_program(static_cast<int>(argv.size()), argv.data(), out, err,
-                       [&](const Options& options, const ServicesCase&, const RunSignals& of_the_run) {
+                       [&](const Options& options, const Case&, const RunSignals& of_the_run) {
                          seen = options;
                          signals = &of_the_run;
                          auto made = std::make_unique<LocalComponents>(drag, saves);

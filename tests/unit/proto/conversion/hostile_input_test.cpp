@@ -79,6 +79,9 @@ std::vector<std::vector<std::byte>> one_of_each() {
   messages.push_back(copy(encoder.encode(header, hello)));
   messages.push_back(copy(encoder.encode(header, sample_fluid_setup())));
   messages.push_back(copy(encoder.encode(header, sample_body_setup())));
+  messages.push_back(copy(encoder.encode(header, sample_controller_setup())));
+  messages.push_back(copy(encoder.encode(header, sample_observation(3))));
+  messages.push_back(copy(encoder.encode(header, std::vector<double>{1.0, 2.0})));
   messages.push_back(copy(encoder.encode(header, sample_kinematics(3))));
   messages.push_back(copy(encoder.encode(header, sample_loads(3))));
   messages.push_back(copy(encoder.encode(header, sample_applied_loads(3, 4, 2))));

@@ -70,6 +70,15 @@ class Repeater {
         return repeated<Loads>(bodies);
       case MessageKind::applied_loads:
         return repeated<AppliedLoads>(bodies, actuators_, driving_nodes);
+      case MessageKind::controller_setup:
+        return repeated<ControllerSetup>();
+      case MessageKind::observation:
+        return repeated<Observation>(3);
+      case MessageKind::action: {
+        std::vector<double> action(3);
+        decoder_.read(action);
+        return encoder_.encode(decoder_.header(), action);
+      }
       case MessageKind::saved:
         return repeated<session::Saved>();
       case MessageKind::summary:

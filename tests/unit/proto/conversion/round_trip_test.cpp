@@ -212,16 +212,64 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
     EXPECT_EQ(received.actuators[i].anchor_A_m, sent.actuators[i].anchor_A_m);
     EXPECT_EQ(received.actuators[i].anchor_B_m, sent.actuators[i].anchor_B_m);
   }
+  EXPECT_EQ(received.parameters, sent.parameters);
   EXPECT_EQ(received.model.text, "<mujoco/>");
   EXPECT_EQ(received.model.length_m, 1e-6);
   EXPECT_EQ(received.model.mass_kg, 1e-15);
   EXPECT_EQ(received.model.time_s, 1.0 / 3);
 }
 
+TEST_F(RoundTrip, KeepsWhatControllersAreSentAndAnswer) {
+  const ControllerSetup setup = sample_controller_setup();
+  ASSERT_EQ(send(setup), MessageKind::controller_setup);
+  ControllerSetup read;
+  decoder.read(read);
+  EXPECT_EQ(read.name, setup.name);
+  EXPECT_EQ(read.step_s, setup.step_s);
+  EXPECT_EQ(read.every_steps, 100);
+  EXPECT_EQ(read.bodies, setup.bodies);
+  EXPECT_EQ(read.actuators, setup.actuators);
+  EXPECT_EQ(read.parameters, setup.parameters);
+  EXPECT_EQ(read.trace_directory, setup.trace_directory);
+
+  const Observation sent = sample_observation(3);
+  ASSERT_EQ(send(sent), MessageKind::observation);
+  Observation received;
+  decoder.read(received, 3);
+  EXPECT_EQ(received.kinematics.step, sent.kinematics.step);
+  EXPECT_EQ(received.loads.step, sent.kinematics.step - 1);
+  expect_same_bits(received.kinematics.position_m, sent.kinematics.position_m);
+  expect_same_bits(received.kinematics.orientation_wxyz, sent.kinematics.orientation_wxyz);
+  expect_same_bits(received.kinematics.velocity_m_per_s, sent.kinematics.velocity_m_per_s);
+  expect_same_bits(received.kinematics.angular_velocity_rad_per_s, sent.kinematics.angular_velocity_rad_per_s);
+  expect_same_bits(received.loads.force_N, sent.loads.force_N);
+  expect_same_bits(received.loads.torque_N_m, sent.loads.torque_N_m);
+  EXPECT_THROW(decoder.read(received, 2), MalformedMessage);
+
+  const std::vector<double> action{1.0 / 3, -0.0};
+  ASSERT_EQ(send(action), MessageKind::action);
+  EXPECT_EQ(decoder.header().step, kHeader.step);
+  std::vector<double> answer(2);
+  decoder.read(answer);
+  EXPECT_EQ(std::memcmp(answer.data(), action.data(), 2 * sizeof(double)), 0);
+  answer.resize(3);
+  EXPECT_THROW(decoder.read(answer), MalformedMessage);
+  ASSERT_EQ(send(std::vector<double>{NAN}), MessageKind::action);
+  answer.resize(1);
+  EXPECT_THROW(decoder.read(answer), NotFinite);
+}
+
 TEST_F(RoundTrip, KeepsTheHandshake) {
-  session::Hello hello{
-      session::Role::body, session::Lane::control, {1, 0, 3}, "token", {"solver", "2.1", {"a", "b"}}, "node7", 4321, 16,
-      0xfedcba9876543210};
+  session::Hello hello{session::Role::body,
+                       session::Lane::control,
+                       {1, 0, 3},
+                       "token",
+                       {"solver", "2.1", {"a", "b"}},
+                       "node7",
+                       4321,
+                       16,
+                       0xfedcba9876543210,
+                       "pilot"};
   ASSERT_EQ(send(hello), MessageKind::hello);
   session::Hello received;
   decoder.read(received);
@@ -235,6 +283,7 @@ TEST_F(RoundTrip, KeepsTheHandshake) {
   EXPECT_EQ(received.pid, 4321);
   EXPECT_EQ(received.ranks, 16U);
   EXPECT_EQ(received.instance, hello.instance);
+  EXPECT_EQ(received.name, "pilot");
 
   ASSERT_EQ(send(session::Welcome{3, 17, 18}), MessageKind::welcome);
   session::Welcome welcome;

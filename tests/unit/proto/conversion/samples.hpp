@@ -81,7 +81,18 @@ inline FluidSetup sample_fluid_setup() {
   setup.jointed = {{0, 1}};
   setup.fields = {"/runs/a/fields",    100, 5, 50, 2, {FieldQuantity::pressure, FieldQuantity::velocity},
                   {3, 4, 0, 0, 5, 50}, 1};
+  setup.parameters = R"({"b": 2})";
   return setup;
+}
+
+inline ControllerSetup sample_controller_setup() {
+  return {"pilot", 1e-9, 100, {"Kügelchen", "ball"}, {"actuators.0"}, R"({"gain": 0.1})", "/trace"};
+}
+
+inline Observation sample_observation(Eigen::Index bodies) {
+  Observation observation{sample_kinematics(bodies), sample_loads(bodies)};
+  observation.loads.step = observation.kinematics.step - 1;
+  return observation;
 }
 
 inline BodySetup sample_body_setup() {
@@ -114,6 +125,7 @@ inline BodySetup sample_body_setup() {
   setup.walls = {{{0, 0, 1.0 / 3}, {0, 0.6, 0.8}, {1, -2, 3}, 0.25}};
   setup.contact = {1.0 / 7, 0.9, 0.3};
   setup.model = {"<mujoco/>", 1e-6, 1e-15, 1.0 / 3};
+  setup.parameters = R"({"a": 1})";
   return setup;
 }
 

@@ -43,6 +43,21 @@ TEST(BodySession, RunsFromWelcomeToFinished) {
 )");
 }
 
+TEST(ControllerSession, IsAskedNowAndThenButNeverBackwards) {
+  EXPECT_GOES(Role::controller, R"(
+> Welcome               | greeted       | accept the welcome
+> ControllerSetup #1 @0 | configured    | make the solver -> Configured
+! work done             | configured    | none
+> Observation #2 @0     | stepping      | decide the action -> Action
+! work done             | ready         | none
+> Observation #3 @100   | stepping      | decide the action -> Action
+! work done             | ready         | none
+> Save #4 @150          | checkpointing | write the state -> Saved
+! work done             | ready         | none
+> Observation #5 @100   | failed        | refuse: An Observation of step 100 came after that of step 100 (time runs forward). Send them in order.
+)");
+}
+
 TEST(ComponentSession, ContinuesAtTheStepOfACheckpoint) {
   EXPECT_GOES(Role::fluid, R"(
 > Welcome               | greeted       | accept the welcome

@@ -5,7 +5,7 @@
 namespace copepod::session {
 namespace {
 
-constexpr std::array kRoles = {Role::fluid, Role::body};
+constexpr std::array kRoles = {Role::fluid, Role::body, Role::controller};
 constexpr std::array kStates = {State::connected, State::greeted,  State::configured,
                                 State::ready,     State::stepping, State::checkpointing,
                                 State::done,      State::failed,   State::orphaned};
