@@ -115,13 +115,17 @@ RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t 
 void add_crossings(const LatticeBody& body, std::vector<RowCrossing>& crossings);
 void append(std::vector<RowCrossing>& crossings, std::int64_t x, std::int64_t y, const RowInterval& cells);
 
-/// First root q of |r + q e|² = R² along a link that starts outside; infinity if the line misses.
-inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) {
-  const double linear = -r.dot(e);
-  const double constant = r.squaredNorm() - radius * radius;
-  const double discriminant = linear * linear - e.squaredNorm() * constant;
+/// First root q ≥ 0 of square q² + 2 half_linear q + constant; infinity without one, and where constant < 0.
+inline double first_root(double square, double half_linear, double constant) {
+  const double linear = -half_linear;
+  const double discriminant = linear * linear - square * constant;
   if (linear <= 0.0 || constant < 0.0 || discriminant < 0.0) return std::numeric_limits<double>::infinity();
   return constant / (linear + std::sqrt(discriminant));  // without cancellation where q is small
+}
+
+/// First root q of |r + q e|² = R² along a link that starts outside; infinity if the line misses.
+inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d& e, double radius) {
+  return first_root(e.squaredNorm(), r.dot(e), r.squaredNorm() - radius * radius);
 }
 
 /// The same for a capsule: the first of its end spheres and its cylinder.

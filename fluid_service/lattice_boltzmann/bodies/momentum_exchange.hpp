@@ -82,11 +82,12 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links, std::span<const double> returned,
                   std::span<LoadSums> loads, MomentumSums& kept_back) const override {
     std::vector<const CellGroup*> groups = in_order(bodies, links);
+    std::vector<double> distances;
     const CellGroup** group = groups.data();
     for (std::size_t place = 0; place < bodies.size(); ++place) {
       const auto body = static_cast<std::size_t>(bodies[place]);
       const std::size_t count = links.of_body(body).groups.size();
-      exchange(body, place, {group, count}, links.values(), returned[place], loads, kept_back);
+      exchange(body, place, {group, count}, links.values(), returned[place], loads, kept_back, distances);
       group += count;
     }
   }
@@ -108,7 +109,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   }
 
   void exchange(std::size_t body, std::size_t place, std::span<const CellGroup*> groups, BoundaryValues<T>& values,
-                double returned, std::span<LoadSums> loads, MomentumSums& kept_back) const {
+                double returned, std::span<LoadSums> loads, MomentumSums& kept_back,
+                std::vector<double>& distances) const {
     const bool by_lanes = is_simple(map_.bodies()[body]);
     BodyInBlock in_block;
     CellsByFilms cells;
@@ -116,9 +118,9 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       in_block = place_in_block(map_.bodies()[body], groups, returned);
       if (films_.beside(body)) cells = take_apart(body, groups);
     }
-    const bool has_distances = by_lanes && Formula::uses_wall_distance && map_.bodies()[body].kind != ShapeKind::sphere;
-    std::vector<double> distances;
-    const std::size_t most = has_distances ? 64 : LaneSums::most_groups;
+    const bool has_distances = by_lanes && Formula::uses_wall_distance &&
+                               map_.bodies()[body].kind != ShapeKind::sphere && in_block.form == nullptr;
+    const std::size_t most = has_distances ? most_distances : LaneSums::most_groups;
     for (std::size_t start = 0; start < groups.size(); start += most) {
       const std::size_t end = std::min(groups.size(), start + most);
       if (has_distances) set_wall_distances(map_.bodies()[body], groups.subspan(start, end - start), distances);
@@ -173,7 +175,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   /// Where the links of groups cross the surface; 1 in free lanes.
   void set_wall_distances(const LatticeBody& body, std::span<const CellGroup* const> groups,
                           std::vector<double>& distances) const {
-    distances.resize(groups.size() * BodyInBlock::distances_per_group);
+    distances.resize(most_distances * BodyInBlock::distances_per_group);
     const Cell& low = layout_.block().low;
     double* of_group = distances.data();
     for (const CellGroup* const group : groups) {
@@ -214,6 +216,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     BodyInBlock result;
     const Eigen::AlignedBox3d bounds = body.bounds();
     result.radius = body.kind == ShapeKind::sphere ? body.radius : bounds.max().cwiseMax(-bounds.min()).norm();
+    if (body.placed && body.placed->form() != nullptr) result.form = body.placed->form()->data();
     result.returned = returned;
     const auto used = std::ranges::find_if(groups, [](const CellGroup* g) { return g->used > 0; });
     if (used == groups.end()) return result;
@@ -235,6 +238,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
 
   static constexpr std::size_t per_link = BoundaryValues<T>::per_link(Formula::uses_second_cell);
   static constexpr std::size_t per_cell = BoundaryValues<T>::per_cell(Formula::uses_second_cell);
+  static constexpr std::size_t most_distances = 64;  ///< groups for which wall distances are there at a time
 
   Formula formula_;
   const PopulationLayout& layout_;

@@ -55,24 +55,28 @@ class PlacedSolid : public PlacedShape {
   Eigen::Matrix3d R_;
 };
 
-/// Links are turned and stretched so that they enter the unit sphere.
+/// The ellipsoid r·A r = 1, A = R diag(1/a²) Rᵀ.
 class PlacedEllipsoid final : public PlacedSolid {
  public:
   PlacedEllipsoid(const Shape& shape, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation,
                   double cell_m)
-      : PlacedSolid(make_solid(shape, cell_m), position, orientation),
-        stretch_((cell_m * shape.extents_m.cwiseInverse()).asDiagonal() * orientation.toRotationMatrix().transpose()) {
-    for (std::size_t alpha = 0; alpha < d3q19::directions; ++alpha)
-      links_[alpha] = stretch_ * Eigen::Map<const Eigen::Vector3d>(d3q19::velocity[alpha].data());
+      : PlacedSolid(make_solid(shape, cell_m), position, orientation) {
+    const Eigen::Matrix3d stretch =
+        (cell_m * shape.extents_m.cwiseInverse()).asDiagonal() * orientation.toRotationMatrix().transpose();
+    form_.noalias() = stretch.transpose() * stretch;
   }
 
+  /// First root of (r + q e)·A (r + q e) = 1, with the bits of exchange_groups.
   [[nodiscard]] double entry(const Eigen::Vector3d& r, int direction) const override {
-    return entry_into_sphere(stretch_ * r, links_[static_cast<std::size_t>(direction)], 1.0);
+    const Eigen::Map<const Eigen::Vector3d> e(d3q19::velocity[static_cast<std::size_t>(direction)].data());
+    const Eigen::Vector3d A_r = form_ * r;
+    const Eigen::Vector3d A_e = form_ * e;
+    return first_root(e.dot(A_e), e.dot(A_r), r.dot(A_r) - 1.0);
   }
+  [[nodiscard]] const Eigen::Matrix3d* form() const override { return &form_; }
 
  private:
-  Eigen::Matrix3d stretch_;
-  std::array<Eigen::Vector3d, d3q19::directions> links_;
+  Eigen::Matrix3d form_;
 };
 
 /// The union of its parts, each of which is placed by itself.

@@ -39,6 +39,8 @@ class PlacedShape {
   /// Where a link first enters, in its own length; infinity where it does so by rounding only.
   /// @param r  from the position to the cell centre where the link begins, outside the shape
   [[nodiscard]] virtual double entry(const Eigen::Vector3d& r, int direction) const = 0;
+  /// A of an ellipsoid r·A r = 1; null for other shapes.
+  [[nodiscard]] virtual const Eigen::Matrix3d* form() const { return nullptr; }
 
  protected:
   [[nodiscard]] const Eigen::Vector3d& position() const { return position_; }

@@ -25,7 +25,8 @@ struct BodyInBlock {
   double angular_velocity[3]{};
   double radius = 0.0;    ///< of the sphere, or of a ball around the position that contains another body
   double returned = 0.0;  ///< mass to be given back, by the weight of the links
-  const double* wall_distances = nullptr;  ///< of other bodies than spheres, by group, link of a cell, and lane
+  const double* form = nullptr;  ///< of an ellipsoid r·A r = 1: A
+  const double* wall_distances = nullptr;  ///< of other bodies, by group, link of a cell, and lane
   static constexpr std::size_t distances_per_group = (d3q19::directions - 1) * surface_lanes;
 };
 
@@ -237,10 +238,15 @@ struct ExchangeGroupLoop {
     return x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3];
   }
 
-  /// Where links cross the sphere, as entry_into_sphere has it.
-  [[gnu::always_inline]] static V wall_distance(const V& e_dot_r, const V& e_squared, const V& constant) {
-    const V linear = -e_dot_r;
-    const V discriminant = linear * linear - e_squared * constant;
+  /// A x
+  [[gnu::always_inline]] static void multiply(const double* A, const V (&x)[3], V (&product)[3]) {
+    for (std::size_t a = 0; a < 3; ++a) product[a] = A[3 * a] * x[0] + A[3 * a + 1] * x[1] + A[3 * a + 2] * x[2];
+  }
+
+  /// Where links cross the sphere or ellipsoid, as first_root has it.
+  [[gnu::always_inline]] static V wall_distance(const V& half_linear, const V& square, const V& constant) {
+    const V linear = -half_linear;
+    const V discriminant = linear * linear - square * constant;
     const V q = constant / (linear + square_root(discriminant));
     const Integers misses = (linear <= 0.0) | (constant < 0.0) | (discriminant < 0.0) | ~(q < 1.0);
     return misses ? V{} + 1.0 : q;
@@ -259,7 +265,9 @@ struct ExchangeGroupLoop {
     const double* w = body.angular_velocity;
     const V u[3] = {body.velocity[0] + cross(w, r, 0), body.velocity[1] + cross(w, r, 1),
                     body.velocity[2] + cross(w, r, 2)};
-    const V constant = dot(r, r) - body.radius * body.radius;
+    V A_r[3] = {r[0], r[1], r[2]};  // of an ellipsoid; of a sphere A is 1
+    if (body.form != nullptr) multiply(body.form, r, A_r);
+    const V constant = dot(r, A_r) - (body.form != nullptr ? 1.0 : body.radius * body.radius);
     const double* distances = body.wall_distances;
     if (distances != nullptr) distances += BodyInBlock::distances_per_group * g + lane;
     V force[3] = {};
@@ -296,11 +304,16 @@ struct ExchangeGroupLoop {
         link.behind = gather<per_link>(of_first + Values::behind, first);
         link.e_dot_j = direction.dot(momentum);
       }
-      if constexpr (Formula::uses_wall_distance)
-        link.wall_distance =
-            distances != nullptr
-                ? load<V>(distances + surface_lanes * j)
-                : wall_distance(direction.dot(r), (bit & axes) != 0 ? zero + 1.0 : zero + 2.0, constant);
+      if constexpr (Formula::uses_wall_distance) {
+        V e_A_e = (bit & axes) != 0 ? zero + 1.0 : zero + 2.0;
+        if (body.form != nullptr) {
+          V A_e[3];
+          multiply(body.form, direction.e, A_e);
+          e_A_e = direction.dot(A_e);
+        }
+        link.wall_distance = distances != nullptr ? load<V>(distances + surface_lanes * j)
+                                                  : wall_distance(direction.dot(A_r), e_A_e, constant);
+      }
       V exact = formula.template returning<V>(link);
       if constexpr (Formula::conserving) exact = exact + link.weight * body.returned;
       const TLanes stored = __builtin_convertvector(exact, TLanes);
