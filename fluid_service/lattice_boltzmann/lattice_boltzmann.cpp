@@ -425,11 +425,12 @@ class WithObstacles final : public FluidSolver {
     loads.force_N.conservativeResize(Eigen::NoChange, kept);
     loads.torque_N_m.conservativeResize(Eigen::NoChange, kept);
   }
-  /// Round ones as compounds, which have no films.
+  /// Those that are not placed as compounds, which have images, and no films.
   static FluidSetup as_bodies(FluidSetup setup) {
     for (const ObstacleSpecification& obstacle : setup.obstacles) {
       const Shape& shape = obstacle.shape;
-      setup.bodies.push_back(is_round(shape) ? Shape{.kind = ShapeKind::compound, .parts = {{.shape = shape}}} : shape);
+      setup.bodies.push_back(is_placed(shape) ? shape
+                                              : Shape{.kind = ShapeKind::compound, .parts = {{.shape = shape}}});
     }
     return setup;
   }

@@ -18,9 +18,9 @@ namespace copepod::fluid {
 /// centre lies inside [paper, section 2.3], and where bodies overlap to the first of them. So the owners follow from
 /// the present places alone; what is kept between updates only saves time.
 ///
-/// A body is kept as intervals of cells, one per row or, for shapes other than spheres and capsules, any number; from
-/// step to step only their ends differ, so that an update touches only cells that change. For a sphere it costs a
-/// square root per row, and is left out until the surface can have reached the next cell centre.
+/// A body is kept as intervals of cells, one per row or, of placed shapes, any number; from step to step only their
+/// ends differ, so that an update touches only cells that change. For a sphere it costs a square root per row, and is
+/// left out until the surface can have reached the next cell centre.
 class BodyMap {
  public:
   static constexpr std::int32_t fluid = 0;

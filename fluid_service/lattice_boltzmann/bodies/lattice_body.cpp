@@ -35,6 +35,17 @@ void include_sphere(Interval& span, double dx, double dy, const Eigen::Vector3d&
   span.include(centre[2] - half, centre[2] + half);
 }
 
+/// Adds the part of the line w + z e_z, w = (dx, dy, 0), inside an ellipsoid:
+///   A_zz z² + 2 (A w)_z z + w·A w < 1
+void include_ellipsoid(Interval& span, double dx, double dy, const Eigen::Matrix3d& A) {
+  const Eigen::Vector3d w(dx, dy, 0.0);
+  const Eigen::Vector3d A_w = A * w;
+  const double discriminant = A_w[2] * A_w[2] - A(2, 2) * (w.dot(A_w) - 1.0);
+  if (discriminant <= 0.0) return;
+  const double root = std::sqrt(discriminant);
+  span.include((-A_w[2] - root) / A(2, 2), (root - A_w[2]) / A(2, 2));
+}
+
 /// Adds the part of the line w + z e_z, w = (dx, dy, 0), inside the cylinder |p − (p·a)a| < R, |p·a| < h:
 ///   (1 − a_z²) z² − 2 (w·a) a_z z + |w|² − (w·a)² < R²,   |w·a + z a_z| < h
 void include_cylinder(Interval& span, double dx, double dy, const LatticeBody& body) {
@@ -70,6 +81,12 @@ void LatticeBody::place(const Eigen::Vector3d& at, const Eigen::Quaterniond& ori
   const Eigen::Quaterniond q = orientation.normalized();
   position = at;
   axis = q * Eigen::Vector3d::UnitZ();
+  if (kind == ShapeKind::ellipsoid) {
+    const Eigen::Matrix3d R = q.toRotationMatrix();
+    const Eigen::Matrix3d stretch = semi_axes_.cwiseInverse().asDiagonal() * R.transpose();
+    form.noalias() = stretch.transpose() * stretch;
+    half_extents_ = (R * semi_axes_.asDiagonal()).rowwise().norm();
+  }
   const bool stays = !shape_ || (placed && placed->is_at(at, q));
   if (stays || !at.allFinite() || !axis.allFinite()) return;
   placed = fluid::place(*shape_, at, q, cell_m_);
@@ -102,6 +119,8 @@ RowInterval covered_cells(const LatticeBody& body, std::int64_t x, std::int64_t 
   Interval span;
   if (body.kind == ShapeKind::sphere) {
     include_sphere(span, dx, dy, Eigen::Vector3d::Zero(), body.radius);
+  } else if (body.kind == ShapeKind::ellipsoid) {
+    include_ellipsoid(span, dx, dy, body.form);
   } else {
     include_sphere(span, dx, dy, body.half_length * body.axis, body.radius);
     include_sphere(span, dx, dy, -body.half_length * body.axis, body.radius);

@@ -17,6 +17,9 @@
 
 namespace copepod::fluid {
 
+/// Whether bodies of a shape are PlacedShapes on the lattice.
+inline bool is_placed(const Shape& shape) { return !is_round(shape) && shape.kind != ShapeKind::ellipsoid; }
+
 /// A rigid body in lattice units, world frame; lengths in cells.
 struct LatticeBody {
   ShapeKind kind = ShapeKind::sphere;
@@ -26,7 +29,8 @@ struct LatticeBody {
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of the capsule; of other shapes the z axis
-  std::shared_ptr<const PlacedShape> placed;        ///< of all but spheres and capsules
+  Eigen::Matrix3d form = Eigen::Matrix3d::Zero();   ///< of an ellipsoid r·A r = 1: A
+  std::shared_ptr<const PlacedShape> placed;        ///< of shapes with is_placed
   /// Of an obstacle: distance of its images along each axis, 0 if none. It may be longer, so that links enter images
   /// that are not the nearest to its position.
   Eigen::Array3d period = Eigen::Array3d::Zero();
@@ -37,7 +41,8 @@ struct LatticeBody {
         radius(shape.radius_m / cell_m),
         half_length(core_half_length_m(shape) / cell_m),
         cell_m_(cell_m),
-        shape_(is_round(shape) ? nullptr : std::make_shared<const Shape>(shape)) {}
+        semi_axes_(shape.extents_m / cell_m),
+        shape_(is_placed(shape) ? std::make_shared<const Shape>(shape) : nullptr) {}
 
   void move(const Kinematics& kinematics, Eigen::Index body, const LatticeUnits& units) {
     velocity = units.velocity_lu(kinematics.velocity_m_per_s.col(body));
@@ -53,12 +58,13 @@ struct LatticeBody {
 
   /// Whether it has the place of another state of the same body.
   [[nodiscard]] bool is_turned_as(const LatticeBody& other) const {
-    return axis == other.axis && placed == other.placed;
+    return axis == other.axis && placed == other.placed && form == other.form;
   }
 
   /// Axis-aligned bounding box, relative to the position.
   [[nodiscard]] Eigen::AlignedBox3d bounds() const {
     if (placed) return placed->bounds();
+    if (kind == ShapeKind::ellipsoid) return {-half_extents_, half_extents_};
     const Eigen::Vector3d half = Eigen::Vector3d::Constant(radius) + half_length * axis.cwiseAbs();
     return {-half, half};
   }
@@ -73,8 +79,10 @@ struct LatticeBody {
 
  private:
   double cell_m_ = 1.0;
-  std::shared_ptr<const Shape> shape_;   ///< likewise
-  std::vector<Eigen::Vector3d> images_;  ///< those that links may enter, from the position
+  Eigen::Vector3d semi_axes_ = Eigen::Vector3d::Zero();     ///< of an ellipsoid
+  Eigen::Vector3d half_extents_ = Eigen::Vector3d::Zero();  ///< likewise, along the lattice
+  std::shared_ptr<const Shape> shape_;                      ///< if it is placed
+  std::vector<Eigen::Vector3d> images_;                     ///< those that links may enter, from the position
 };
 
 /// Half-open range of cells [low, high) along z, in cells counted without wrapping; empty if low ≥ high.
@@ -104,7 +112,7 @@ void for_each_row(const Eigen::AlignedBox3d& bounds, const Eigen::Vector3d& posi
     for (std::int64_t y = low(1); y <= high(1); ++y) visit(x, y);
 }
 
-/// Cells of row (x, y) whose centres lie inside a sphere or capsule, which are convex, so that they form one interval.
+/// Cells of row (x, y) whose centres lie inside a body that is not placed: convex, so that they form one interval.
 ///
 /// A sphere cuts the row's line at z = Z ± √(R² − dx² − dy²). A capsule is the convex hull of its two end
 /// spheres: the interval reaches from the lowest to the highest point of the line in the two spheres and in
@@ -128,15 +136,23 @@ inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d&
   return first_root(e.squaredNorm(), r.dot(e), r.squaredNorm() - radius * radius);
 }
 
+/// The same for an ellipsoid: (r + q e)·A (r + q e) = 1, with the bits of exchange_groups.
+inline double entry_into_ellipsoid(const Eigen::Matrix3d& A, const Eigen::Vector3d& r, const Eigen::Vector3d& e) {
+  const Eigen::Vector3d A_r = A * r;
+  const Eigen::Vector3d A_e = A * e;
+  return first_root(e.dot(A_e), e.dot(A_r), r.dot(A_r) - 1.0);
+}
+
 /// The same for a capsule: the first of its end spheres and its cylinder.
 double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, const Eigen::Vector3d& e);
 
 /// Where a link first enters a body, in its own length; infinity if it misses.
 /// @param r  from the body's centre to the cell centre where the link begins, outside the body
 inline double entry(const LatticeBody& body, const Eigen::Vector3d& r, int direction) {
-  const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
-  if (body.kind == ShapeKind::sphere) return entry_into_sphere(r, {e[0], e[1], e[2]}, body.radius);
-  return body.placed ? body.entry_into_images(r, direction) : entry_into_capsule(body, r, {e[0], e[1], e[2]});
+  const Eigen::Map<const Eigen::Vector3d> e(d3q19::velocity[static_cast<std::size_t>(direction)].data());
+  if (body.kind == ShapeKind::sphere) return entry_into_sphere(r, e, body.radius);
+  if (body.kind == ShapeKind::ellipsoid) return entry_into_ellipsoid(body.form, r, e);
+  return body.placed ? body.entry_into_images(r, direction) : entry_into_capsule(body, r, e);
 }
 
 /// Where the link x_f → x_f + e_α crosses the surface: q in [0, 1], with the wall at x_f + q e. Exact:

@@ -118,8 +118,9 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       in_block = place_in_block(map_.bodies()[body], groups, returned);
       if (films_.beside(body)) cells = take_apart(body, groups);
     }
-    const bool has_distances = by_lanes && Formula::uses_wall_distance &&
-                               map_.bodies()[body].kind != ShapeKind::sphere && in_block.form == nullptr;
+    const ShapeKind kind = map_.bodies()[body].kind;
+    const bool has_distances =
+        by_lanes && Formula::uses_wall_distance && kind != ShapeKind::sphere && kind != ShapeKind::ellipsoid;
     const std::size_t most = has_distances ? most_distances : LaneSums::most_groups;
     for (std::size_t start = 0; start < groups.size(); start += most) {
       const std::size_t end = std::min(groups.size(), start + most);
@@ -216,7 +217,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     BodyInBlock result;
     const Eigen::AlignedBox3d bounds = body.bounds();
     result.radius = body.kind == ShapeKind::sphere ? body.radius : bounds.max().cwiseMax(-bounds.min()).norm();
-    if (body.placed && body.placed->form() != nullptr) result.form = body.placed->form()->data();
+    if (body.kind == ShapeKind::ellipsoid) result.form = body.form.data();
     result.returned = returned;
     const auto used = std::ranges::find_if(groups, [](const CellGroup* g) { return g->used > 0; });
     if (used == groups.end()) return result;

@@ -1,7 +1,6 @@
 #include "lattice_boltzmann/bodies/placed_shape.hpp"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "geometry/shapes/solid.hpp"
@@ -13,7 +12,7 @@ namespace copepod::fluid {
 namespace {
 
 /// Lines are turned into the frame of the solid.
-class PlacedSolid : public PlacedShape {
+class PlacedSolid final : public PlacedShape {
  public:
   PlacedSolid(std::unique_ptr<const Solid> solid, const Eigen::Vector3d& position,
               const Eigen::Quaterniond& orientation)
@@ -53,30 +52,6 @@ class PlacedSolid : public PlacedShape {
 
   std::unique_ptr<const Solid> solid_;
   Eigen::Matrix3d R_;
-};
-
-/// The ellipsoid r·A r = 1, A = R diag(1/a²) Rᵀ.
-class PlacedEllipsoid final : public PlacedSolid {
- public:
-  PlacedEllipsoid(const Shape& shape, const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation,
-                  double cell_m)
-      : PlacedSolid(make_solid(shape, cell_m), position, orientation) {
-    const Eigen::Matrix3d stretch =
-        (cell_m * shape.extents_m.cwiseInverse()).asDiagonal() * orientation.toRotationMatrix().transpose();
-    form_.noalias() = stretch.transpose() * stretch;
-  }
-
-  /// First root of (r + q e)·A (r + q e) = 1, with the bits of exchange_groups.
-  [[nodiscard]] double entry(const Eigen::Vector3d& r, int direction) const override {
-    const Eigen::Map<const Eigen::Vector3d> e(d3q19::velocity[static_cast<std::size_t>(direction)].data());
-    const Eigen::Vector3d A_r = form_ * r;
-    const Eigen::Vector3d A_e = form_ * e;
-    return first_root(e.dot(A_e), e.dot(A_r), r.dot(A_r) - 1.0);
-  }
-  [[nodiscard]] const Eigen::Matrix3d* form() const override { return &form_; }
-
- private:
-  Eigen::Matrix3d form_;
 };
 
 /// The union of its parts, each of which is placed by itself.
@@ -120,8 +95,6 @@ std::shared_ptr<const PlacedShape> place(const Shape& shape, const Eigen::Vector
       return std::make_shared<PlacedMesh>(box_mesh(shape.extents_m), position, orientation, cell_m);
     case ShapeKind::compound:
       return std::make_shared<PlacedCompound>(shape.parts, position, orientation, cell_m);
-    case ShapeKind::ellipsoid:
-      return std::make_shared<PlacedEllipsoid>(shape, position, orientation, cell_m);
     default:
       return std::make_shared<PlacedSolid>(make_solid(shape, cell_m), position, orientation);
   }

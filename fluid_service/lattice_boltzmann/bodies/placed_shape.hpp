@@ -19,7 +19,7 @@ struct RowCrossing {
   int step = 0;
 };
 
-/// A shape other than sphere and capsule at its place on the lattice; lengths in cells.
+/// A shape other than sphere, capsule and ellipsoid at its place on the lattice; lengths in cells.
 class PlacedShape {
  public:
   PlacedShape(Eigen::Vector3d position, const Eigen::Quaterniond& orientation)
@@ -39,8 +39,6 @@ class PlacedShape {
   /// Where a link first enters, in its own length; infinity where it does so by rounding only.
   /// @param r  from the position to the cell centre where the link begins, outside the shape
   [[nodiscard]] virtual double entry(const Eigen::Vector3d& r, int direction) const = 0;
-  /// A of an ellipsoid r·A r = 1; null for other shapes.
-  [[nodiscard]] virtual const Eigen::Matrix3d* form() const { return nullptr; }
 
  protected:
   [[nodiscard]] const Eigen::Vector3d& position() const { return position_; }

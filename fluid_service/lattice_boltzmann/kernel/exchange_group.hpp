@@ -23,8 +23,8 @@ struct BodyInBlock {
   double image[3]{};  ///< what leads from its position to the image that the block sees
   double velocity[3]{};
   double angular_velocity[3]{};
-  double radius = 0.0;    ///< of the sphere, or of a ball around the position that contains another body
-  double returned = 0.0;  ///< mass to be given back, by the weight of the links
+  double radius = 0.0;           ///< of the sphere, or of a ball around the position that contains another body
+  double returned = 0.0;         ///< mass to be given back, by the weight of the links
   const double* form = nullptr;  ///< of an ellipsoid r·A r = 1: A
   const double* wall_distances = nullptr;  ///< of other bodies, by group, link of a cell, and lane
   static constexpr std::size_t distances_per_group = (d3q19::directions - 1) * surface_lanes;

@@ -91,7 +91,7 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
                       outcome(std::get<2>(groups), CentralLinear()),
                       outcome(std::get<3>(groups), Parabolic(constants)));
   };
-  const auto expected = all(baseline_kernels<T>().exchange_groups);
+  auto expected = all(baseline_kernels<T>().exchange_groups);
   EXPECT_NE(std::get<0>(expected), std::get<3>(expected));
   const auto expect_the_same_of_all = [&] {
     for (const Kernels<T>& kernels : {baseline_kernels<T>(), avx2_kernels<T>(), avx512_kernels<T>()}) {
@@ -100,21 +100,31 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
     }
   };
   expect_the_same_of_all();
-  // As another body, whose surface happens to be where the sphere's is.
+  // As another body, whose surface happens to be where that of the sphere or ellipsoid is.
   std::vector<double> distances(2 * BodyInBlock::distances_per_group, 1.0);
-  for (std::size_t lane = 0; lane < 7; ++lane) {
-    Eigen::Vector3d r;
-    for (std::size_t axis = 0; axis < 3; ++axis) r[axis] = group.cell[axis][lane] + 0.5 - sphere.position[axis];
-    double* distance = distances.data() + lane;
-    for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, distance += surface_lanes) {
-      const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
-      *distance = std::min(entry_into_sphere(r, {e[0], e[1], e[2]}, sphere.radius), 1.0);
+  const auto expect_the_same_with_distances = [&](const auto& entry) {
+    for (std::size_t lane = 0; lane < 7; ++lane) {
+      Eigen::Vector3d r;
+      for (std::size_t axis = 0; axis < 3; ++axis) r[axis] = group.cell[axis][lane] + 0.5 - sphere.position[axis];
+      double* distance = distances.data() + lane;
+      for (std::uint32_t bits = group.directions[lane]; bits != 0; bits &= bits - 1, distance += surface_lanes) {
+        const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
+        *distance = std::min(entry(r, Eigen::Vector3d(e[0], e[1], e[2])), 1.0);
+      }
     }
-  }
-  sphere.wall_distances = distances.data();
+    sphere.wall_distances = distances.data();
+    expect_the_same_of_all();
+    distances[surface_lanes + 3] *= 0.5;
+    EXPECT_NE(all(baseline_kernels<T>().exchange_groups), expected);
+    sphere.wall_distances = nullptr;
+  };
+  expect_the_same_with_distances([&](const auto& r, const auto& e) { return entry_into_sphere(r, e, sphere.radius); });
+  const Eigen::Matrix3d form{{0.21, 0.03, -0.02}, {0.03, 0.17, 0.05}, {-0.02, 0.05, 0.19}};
+  sphere.form = form.data();
+  const auto of_sphere = std::exchange(expected, all(baseline_kernels<T>().exchange_groups));
+  EXPECT_NE(std::get<3>(of_sphere), std::get<3>(expected));
   expect_the_same_of_all();
-  distances[surface_lanes + 3] *= 0.5;
-  EXPECT_NE(all(baseline_kernels<T>().exchange_groups), expected);
+  expect_the_same_with_distances([&](const auto& r, const auto& e) { return entry_into_ellipsoid(form, r, e); });
 }
 
 }  // namespace
