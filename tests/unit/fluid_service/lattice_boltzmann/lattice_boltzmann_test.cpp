@@ -116,6 +116,15 @@ TEST_F(Obstacles, AreBodiesThatNeverMoveAndMayReachBeyondFaces) {
   EXPECT_NE(with_obstacles, digest_after_20_steps(setup_, kinematics_));
 }
 
+// Links enter an aslant ellipsoid whose centre is farther away than that of its image.
+TEST_F(Obstacles, AreMetFurtherThanHalfAPeriodFromTheirCentre) {
+  const Shape needle{.kind = ShapeKind::ellipsoid, .radius_m = 3.0, .extents_m = {1.8, 1.8, 13.0}};
+  setup_.obstacles = {{"needle", needle, {14.2, 8.1, 8.3}, {0.8, 0.6, 0.0, 0.0}}};
+  const std::uint64_t found = digest_after_20_steps(setup_, kinematics_);
+  setup_.obstacles[0].shape = {.kind = ShapeKind::compound, .parts = {{.shape = needle}}};
+  EXPECT_EQ(found, digest_after_20_steps(setup_, kinematics_));
+}
+
 TEST_F(Obstacles, EndTheRunOfABodyThatMeetsThem) {
   const auto solver = make_lattice_boltzmann(setup_, alone_);
   try {

@@ -102,7 +102,7 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   expect_the_same_of_all();
   // As another body, whose surface happens to be where that of the sphere or ellipsoid is.
   std::vector<double> distances(2 * BodyInBlock::distances_per_group, 1.0);
-  const auto expect_the_same_with_distances = [&](const auto& entry) {
+  const auto expect_the_same_with_distances = [&](std::ptrdiff_t crossing, const auto& entry) {
     for (std::size_t lane = 0; lane < 7; ++lane) {
       Eigen::Vector3d r;
       for (std::size_t axis = 0; axis < 3; ++axis) r[axis] = group.cell[axis][lane] + 0.5 - sphere.position[axis];
@@ -112,19 +112,21 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
         *distance = std::min(entry(r, Eigen::Vector3d(e[0], e[1], e[2])), 1.0);
       }
     }
+    EXPECT_EQ(std::ssize(distances) - std::ranges::count(distances, 1.0), crossing);
     sphere.wall_distances = distances.data();
     expect_the_same_of_all();
     distances[surface_lanes + 3] *= 0.5;
     EXPECT_NE(all(baseline_kernels<T>().exchange_groups), expected);
     sphere.wall_distances = nullptr;
   };
-  expect_the_same_with_distances([&](const auto& r, const auto& e) { return entry_into_sphere(r, e, sphere.radius); });
-  const Eigen::Matrix3d form{{0.21, 0.03, -0.02}, {0.03, 0.17, 0.05}, {-0.02, 0.05, 0.19}};
+  expect_the_same_with_distances(1,
+                                 [&](const auto& r, const auto& e) { return entry_into_sphere(r, e, sphere.radius); });
+  const Eigen::Matrix3d form{{0.03, 0.01, -0.01}, {0.01, 0.3, -0.05}, {-0.01, -0.05, 0.4}};
   sphere.form = form.data();
   const auto of_sphere = std::exchange(expected, all(baseline_kernels<T>().exchange_groups));
   EXPECT_NE(std::get<3>(of_sphere), std::get<3>(expected));
   expect_the_same_of_all();
-  expect_the_same_with_distances([&](const auto& r, const auto& e) { return entry_into_ellipsoid(form, r, e); });
+  expect_the_same_with_distances(5, [&](const auto& r, const auto& e) { return entry_into_ellipsoid(form, r, e); });
 }
 
 }  // namespace
