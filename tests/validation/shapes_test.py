@@ -27,6 +27,12 @@ SHAPES = {
     "dumbbell": {"shape": "compound", "parts": [{"radius_m": 3, "position_m": [0, 0, z]} for z in (-4, 4)]},
     "helix": {"shape": "mesh", "file": str(HELIX), "unit_m": 2.2},
 }
+TUMBLING = {  # of one volume
+    "sphere": {"radius_m": 4.857},
+    "ellipsoid": {"shape": "ellipsoid", "semi_axes_m": [4.963, 6.204, 3.722]},
+    "box": {"shape": "box", "edges_m": [8, 10, 6]},
+    "cylinder": {"shape": "cylinder", "radius_m": 3.909, "length_m": 10},
+}
 TURNED = [0.8, 0.36, 0.48, 0]  # unit quaternion
 LIGHT = list(itertools.product(SHAPES, (0.1, 0.01), (0.6, 0.8, 1.5)))  # density of the fluid: 1; relaxation time
 ARGUMENTS = []
@@ -197,16 +203,38 @@ class Shapes(WholeRunTest):
         self.assertGreater(velocities[0][-1], 1e-6)
         np.testing.assert_allclose(velocities[1], -velocities[0], atol=1e-9 * velocities[0][-1])
 
-    def test_fluid_and_a_tumbling_box_keep_their_momentum_but_for_a_small_part_of_the_impulses(self):
-        """Measured: 1.3 % for a box whose corners move by up to 0.05 cells a step, 0.3 % for a sphere of its volume."""
-        motion = {"velocity_m_per_s": [0.01, 0.004, -0.007], "angular_velocity_rad_per_s": [0.003, -0.004, 0.002]}
-        drifts = {}
-        for name, shape in {"box": {"shape": "box", "edges_m": [8, 10, 6]}, "sphere": {"radius_m": 4.857}}.items():
-            body = {"name": name, **shape, "density_kg_per_m3": 2, "position_m": [12.2, 11.7, 12.4], **motion}
-            run = self.run_in([24, 24, 24], 0.8, 100_000 if "--all" in ARGUMENTS else 1000, every=100, bodies=[body])
-            drifts[name] = run.summary["momentum_drift"]
-        self.assertLess(drifts["box"], 0.02)
-        self.assertLess(drifts["sphere"], 0.005)
+    def drift_of_a_tumbling(self, shape, position, orientation=(1, 0, 0, 0), steps=1000):
+        """Momentum from no body, by the impulses of a body that is thrown into a periodic box, in per cent."""
+        body = {"name": "body", **shape, "density_kg_per_m3": 2, "position_m": list(position)}
+        body |= {"velocity_m_per_s": [0.01, 0.004, -0.007], "angular_velocity_rad_per_s": [0.003, -0.004, 0.002]}
+        body["orientation_wxyz"] = list(orientation)
+        return 100 * self.run_in([24, 24, 24], 0.8, steps, every=100, bodies=[body]).summary["momentum_drift"]
+
+    def test_momentum_drifts_as_for_spheres_unless_faces_are_along_the_lattice(self):
+        """Median (root mean square) of 24 places and orientations, of shapes of one volume: sphere 0.39 (0.44),
+        ellipsoid 0.37 (0.55), box 0.45 (0.58), cylinder 0.37 (0.52) %; along the lattice 1.5 (1.8), 1.1 (1.4) %."""
+        random, drifts = np.random.default_rng(1), {}
+        for _ in range(24 if "--all" in ARGUMENTS else 6):
+            orientation, position = random.normal(size=4), 12 + random.random(3)
+            for name, shape in TUMBLING.items():
+                start = position, orientation / np.linalg.norm(orientation)
+                drifts.setdefault(name, []).append(self.drift_of_a_tumbling(shape, *start))
+                if name in ("box", "cylinder"):
+                    drifts.setdefault(name + " along the lattice", []).append(self.drift_of_a_tumbling(shape, position))
+        means = {name: np.sqrt(np.mean(np.square(found))) for name, found in drifts.items()}
+        if "--all" in ARGUMENTS:
+            print({name: (round(np.median(found), 2), round(means[name], 2)) for name, found in drifts.items()})
+        for name, mean in means.items():
+            with self.subTest(name):
+                self.assertLess(mean, 2.5 if "lattice" in name else 1)
+                self.assertGreater(mean, 0.2)
+
+    def test_all_drift_of_momentum_is_from_the_time_in_which_a_body_comes_to_rest(self):
+        """Beside the fluid, with which it then moves on: measured 1.32 and 1.33 % after 10³ and 10⁵ steps."""
+        start, steps = (12.2, 11.7, 12.4), 100_000 if "--all" in ARGUMENTS else 10_000
+        drifts = [self.drift_of_a_tumbling(TUMBLING["box"], start, steps=n) for n in (1000, steps)]
+        self.assertAlmostEqual(*drifts, delta=0.05)
+        self.assertGreater(drifts[0], 1)
 
 
 if __name__ == "__main__":
