@@ -41,12 +41,13 @@ Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double a
 /// @throws SolverError naming the first body of a block whose state is not finite
 void check_finite(const BodyBlock& block, const BodyModel& model, const BlockState& state, std::int64_t step) {
   const auto finite = [&state](Eigen::Index first, Eigen::Index bodies) {
-    const auto each = [&](const auto& rows) {
-      return all_finite(static_cast<std::size_t>(rows.rows()), static_cast<std::size_t>(rows.outerStride()),
-                        static_cast<std::size_t>(bodies), &rows(0, first));
+    bool all = true;
+    const auto look_at = [&](const auto& rows) {
+      all = all && all_finite(static_cast<std::size_t>(rows.rows()), static_cast<std::size_t>(rows.outerStride()),
+                              static_cast<std::size_t>(bodies), &rows(0, first));
     };
-    return each(state.position_m) && each(state.orientation_wxyz) && each(state.velocity_m_per_s) &&
-           each(state.angular_momentum_N_m_s);
+    for_each_part(look_at, state);
+    return all;
   };
   if (finite(0, block.bodies)) return;
   for (Eigen::Index body = 0; body < block.bodies; ++body) {
@@ -59,17 +60,11 @@ void check_finite(const BodyBlock& block, const BodyModel& model, const BlockSta
 }
 
 void split(const MotionState& state, const BodyBlock& block, BlockState& of_block) {
-  split(state.position_m, block, of_block.position_m);
-  split(state.orientation_wxyz, block, of_block.orientation_wxyz);
-  split(state.velocity_m_per_s, block, of_block.velocity_m_per_s);
-  split(state.angular_momentum_N_m_s, block, of_block.angular_momentum_N_m_s);
+  for_each_part([&](const auto& all, auto& part) { split(all, block, part); }, state, of_block);
 }
 
 void join(const BlockState& of_block, const BodyBlock& block, MotionState& state) {
-  join(of_block.position_m, block, state.position_m);
-  join(of_block.orientation_wxyz, block, state.orientation_wxyz);
-  join(of_block.velocity_m_per_s, block, state.velocity_m_per_s);
-  join(of_block.angular_momentum_N_m_s, block, state.angular_momentum_N_m_s);
+  for_each_part([&](const auto& part, auto& all) { join(part, block, all); }, of_block, state);
 }
 
 }  // namespace
@@ -88,13 +83,12 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
     : context_(context),
       layout_digest_(layout_digest(setup)),
       equations_(setup, preferred_block_bodies),
-      integrator_(make_time_integrator(setup.integrator, equations_)),
-      work_(static_cast<std::size_t>(checked_threads(setup)), TimeIntegrator::Work(equations_.longest_block())),
+      integrator_(setup.integrator),
+      work_(static_cast<std::size_t>(checked_threads(setup)), IntegratorWork(equations_.longest_block())),
       team_(setup.threads),
       step_s_(setup.step_s),
       actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
-      nodes_(integrator_->driving_nodes()),
-      driving_nodes_(static_cast<Eigen::Index>(nodes_.size())),
+      nodes_(body::driving_nodes(setup.integrator)),
       near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,
                   setup.periodic_length_m, jointed_pairs(setup.joints)),
       overlap_check_(equations_.model(), near_pairs_, setup.contact),
@@ -109,13 +103,13 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
 void RigidBodySolver::kinematics(Kinematics& kinematics) {
   kinematics.step = step_;
   kinematics.resize(state_.bodies());
-  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
+  for_each_block([&](const BodyBlock& block, IntegratorWork& work) {
     split(state_, block, work.state);
     write(block, work, kinematics);
   });
 }
 
-void RigidBodySolver::write(const BodyBlock& block, TimeIntegrator::Work& work, Kinematics& kinematics) const {
+void RigidBodySolver::write(const BodyBlock& block, IntegratorWork& work, Kinematics& kinematics) const {
   BlockVectors& w_WB_rad_per_s = work.equations.angular_velocity_rad_per_s;
   equations_.model().angular_velocities_rad_per_s(block, work.state, w_WB_rad_per_s);
   join(work.state.position_m, block, kinematics.position_m);
@@ -125,7 +119,7 @@ void RigidBodySolver::write(const BodyBlock& block, TimeIntegrator::Work& work, 
 }
 
 void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
-  require_matching_loads(applied, step_, state_.bodies(), actuators_, driving_nodes_);
+  require_matching_loads(applied, step_, state_.bodies(), actuators_, std::ssize(nodes_));
   const auto start = Clock::now();
   const double before_s = contact_s_;
   next.resize(state_.bodies());
@@ -145,9 +139,9 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
 
 void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s, Kinematics* next) {
   equations_.joints().drive(applied.actuation, step_s);
-  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
+  for_each_block([&](const BodyBlock& block, IntegratorWork& work) {
     split(state_, block, work.state);
-    integrator_->advance(block, applied, step_s, work);
+    advance(integrator_, equations_, block, applied, step_s, work);
     join(work.state, block, state_);
     if (!equations_.joints().empty()) {
       equations_.joints().correct(block, 1.0, state_, step_, work.equations.joints);
@@ -159,7 +153,7 @@ void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s, Kine
 }
 
 void RigidBodySolver::correct_joints(double at) {
-  for_each_block([&](const BodyBlock& block, TimeIntegrator::Work& work) {
+  for_each_block([&](const BodyBlock& block, IntegratorWork& work) {
     equations_.joints().correct(block, at, state_, step_, work.equations.joints);
   });
 }
@@ -191,11 +185,10 @@ void RigidBodySolver::push_contacts(const Contacts::Interval& interval) {
 }
 
 void RigidBodySolver::interpolate_drive(const AppliedLoads& applied, double from, double to) {
-  const std::vector<double>& nodes = nodes_;
-  applied_in_part_.actuation.resize(actuators_, driving_nodes_);
-  for (Eigen::Index node = 0; node < driving_nodes_; ++node) {
-    const double at = from + nodes[node] * (to - from);
-    applied_in_part_.actuation.col(node) = applied.actuation * interpolation_weights(nodes, at);
+  applied_in_part_.actuation.resize(actuators_, std::ssize(nodes_));
+  for (Eigen::Index node = 0; node < std::ssize(nodes_); ++node) {
+    const double at = from + nodes_[node] * (to - from);
+    applied_in_part_.actuation.col(node) = applied.actuation * interpolation_weights(nodes_, at);
   }
 }
 

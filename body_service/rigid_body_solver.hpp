@@ -29,7 +29,7 @@ class RigidBodySolver final : public BodySolver {
   /// @throws CaseError if the setup is not valid, SolverError if bodies overlap at the start
   explicit RigidBodySolver(const BodySetup& setup, SolverContext* context = nullptr);
 
-  [[nodiscard]] std::vector<double> driving_nodes() const override { return integrator_->driving_nodes(); }
+  [[nodiscard]] std::vector<double> driving_nodes() const override { return nodes_; }
   void kinematics(Kinematics& kinematics) override;
   void step(const AppliedLoads& applied, Kinematics& next) override;
   void save(const std::string& path) override;
@@ -53,7 +53,7 @@ class RigidBodySolver final : public BodySolver {
                 [&](std::int64_t block, int thread) { work_on(blocks[block], work_[thread]); });
   }
   /// @param work  its state is written
-  void write(const BodyBlock& block, TimeIntegrator::Work& work, Kinematics& kinematics) const;
+  void write(const BodyBlock& block, IntegratorWork& work, Kinematics& kinematics) const;
   void correct_joints(double at);
   [[nodiscard]] std::vector<std::uint64_t> memory() const {
     return contacts_ ? contacts_->memory() : std::vector<std::uint64_t>{};
@@ -62,13 +62,12 @@ class RigidBodySolver final : public BodySolver {
   SolverContext* context_;
   std::uint64_t layout_digest_;  ///< of the setup: a saved state fits these bodies only
   EquationsOfMotion equations_;
-  std::unique_ptr<const TimeIntegrator> integrator_;
-  std::vector<TimeIntegrator::Work> work_;  ///< of each thread
+  Integrator integrator_;
+  std::vector<IntegratorWork> work_;  ///< of each thread
   ThreadTeam team_;
   double step_s_;
   Eigen::Index actuators_;
-  std::vector<double> nodes_;   ///< samples of the drive, as fractions of a step
-  Eigen::Index driving_nodes_;  ///< number of samples of the drive per step
+  std::vector<double> nodes_;  ///< samples of the drive, as fractions of a step
   NearPairs near_pairs_;
   OverlapCheck overlap_check_;
   std::optional<Contacts> contacts_;  ///< none: bodies that meet end the run

@@ -3,10 +3,13 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include "bullet/bullet_shapes.hpp"
+#include "forces/springs.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {
@@ -49,174 +52,253 @@ double friction_of_a_body(const BodySetup& setup) {
   return only_walls ? 1e-6 : std::sqrt(setup.contact.friction);
 }
 
+/// A pull of given strength between two points, as one row of Bullet's constraint solver: the impulse λ along
+/// e acts on A, −λ on B, and both limits of λ are the impulse of the pull over the step. So contacts and
+/// joints are solved together with the springs.
+///
+/// Bullet's own spring constraints (6Dof, 6DofSpring2) are motors: their row stops pulling once the two
+/// bodies have the relative velocity that this spring alone would give them. In a row of three beads, where
+/// the middle one is pulled by two springs, the error is a factor that does not decrease with the step; see
+/// docs/decisions/engines.md.
+class SpringConstraint final : public btTypedConstraint {
+ public:
+  SpringConstraint(btRigidBody& A, btRigidBody& B) : btTypedConstraint(MAX_CONSTRAINT_TYPE, A, B) {}
+
+  /// @param force      on A along `direction`, Bullet's units; pulls if positive
+  /// @param direction  unit vector from A's end to B's
+  /// @param arm_A      from A's centre of mass to its end, world frame
+  void set_pull(btScalar force, const btVector3& direction, const btVector3& arm_A, const btVector3& arm_B) {
+    force_ = force;
+    direction_ = direction;
+    arm_A_ = arm_A;
+    arm_B_ = arm_B;
+  }
+
+  void getInfo1(btConstraintInfo1* info) override {
+    info->m_numConstraintRows = 1;
+    info->nub = 5;
+  }
+
+  void getInfo2(btConstraintInfo2* info) override {
+    write(direction_, info->m_J1linearAxis);
+    write(arm_A_.cross(direction_), info->m_J1angularAxis);
+    write(-direction_, info->m_J2linearAxis);
+    write(-arm_B_.cross(direction_), info->m_J2angularAxis);
+    const btScalar impulse = force_ / info->fps;
+    info->m_lowerLimit[0] = impulse;
+    info->m_upperLimit[0] = impulse;
+  }
+
+  void setParam(int, btScalar, int) override {}
+  [[nodiscard]] btScalar getParam(int, int) const override { return 0.0; }
+
+ private:
+  static void write(const btVector3& vector, btScalar* row) {
+    for (int i = 0; i < 3; ++i) row[i] = vector[i];
+  }
+
+  btScalar force_ = 0.0;
+  btVector3 direction_{0, 0, 1};
+  btVector3 arm_A_{0, 0, 0};
+  btVector3 arm_B_{0, 0, 0};
+};
+
+class BulletWorld final : public EngineWorld {
+ public:
+  BulletWorld(const BodySetup& setup, const BodyModel& model, double step_s)
+      : model_(model),
+        units_(engine_units(model, step_s)),
+        contact_(setup.contact),
+        friction_of_a_body_(friction_of_a_body(setup)),
+        configuration_(small_pools()),
+        dispatcher_(&configuration_),
+        springs_(setup) {
+    // Bullet forgets a contact whose points rounding has moved apart by more than this [radii].
+    if (is_resolving(contact_)) gContactBreakingThreshold = 1e-9;
+    plane_and_shape_.m_swapped = true;
+    for (const int kind :
+         {CAPSULE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, CUSTOM_CONVEX_SHAPE_TYPE}) {
+      dispatcher_.registerCollisionCreateFunc(kind, STATIC_PLANE_PROXYTYPE, &shape_and_plane_);
+      dispatcher_.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, kind, &plane_and_shape_);
+    }
+    const Kinematics start = initial_kinematics(model);
+    for (Eigen::Index body = 0; body < model.bodies(); ++body) {
+      add_body(body, setup.bodies[static_cast<std::size_t>(body)]);
+      place(body, start);
+      if (model.motion(body) == MotionKind::axis) add_joint(body, start);
+    }
+    for (const WallSpecification& wall : setup.walls) add_wall(wall);
+    for (const SpringSpecification& spring : setup.springs) {
+      pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
+                                                          *bodies_[static_cast<std::size_t>(spring.body_B)]));
+    }
+  }
+
+  [[nodiscard]] bool has_springs() const override { return true; }
+
+  /// One step of semi-implicit Euler with constraints, v' = v + h F/m, x' = x + h v'.
+  void advance(Kinematics& state, const Loads& loads) override {
+    btDbvtBroadphase broadphase;
+    btSequentialImpulseConstraintSolver solver;
+    btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);
+    configure(world, loads);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const auto body = static_cast<Eigen::Index>(i);
+      place(body, state);
+      bodies_[i]->applyCentralForce(to_bullet(loads.force_N.col(body), units_.force_N()));
+      bodies_[i]->applyTorque(to_bullet(loads.torque_N_m.col(body), units_.torque_N_m()));
+      world.addRigidBody(bodies_[i].get());
+    }
+    for (const auto& wall : walls_) world.addRigidBody(wall.get());
+    const auto motion = as_motion_state<BlockState>(state);
+    const BlockVectors angular_velocity_rad_per_s = state.angular_velocity_rad_per_s;
+    for (std::size_t i = 0; i < pulls_.size(); ++i) {
+      const Springs::Pull pull = springs_.pull(i, 0, motion, angular_velocity_rad_per_s);
+      const Eigen::Vector3d direction = pull.d_AB_W_m.normalized();
+      pulls_[i]->set_pull(pull.f_A_W_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
+                          to_bullet(pull.r_A_W_m, units_.length_m), to_bullet(pull.r_B_W_m, units_.length_m));
+      world.addConstraint(pulls_[i].get());
+    }
+    for (const auto& joint : joints_) world.addConstraint(joint.get());
+    world.stepSimulation(1.0, 0);  // one step of one unit of time
+    for (Eigen::Index body = 0; body < model_.bodies(); ++body) read(body, state);
+  }
+
+ private:
+  void add_body(Eigen::Index body, const BodySpecification& specification) {
+    btCollisionShape* shape = bullet_shape(specification.shape, units_.length_m, specification.name, shapes_);
+    const bool moves = model_.moves(body);
+    const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
+    const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(specification);
+    Eigen::Vector3d inertia = tensor.diagonal();
+    q_BP_.push_back(btQuaternion::getIdentity());
+    if (!tensor.isDiagonal(0.0)) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(tensor);
+      inertia = principal.eigenvalues();
+      Eigen::Matrix3d axes = principal.eigenvectors();
+      axes.col(2) = axes.col(0).cross(axes.col(1));
+      const Eigen::Quaterniond q(axes);
+      q_BP_.back() = {q.x(), q.y(), q.z(), q.w()};
+      auto turned = std::make_unique<btCompoundShape>();
+      turned->addChildShape(btTransform(q_BP_.back().inverse()), shape);
+      shape = turned.get();
+      shapes_.push_back(std::move(turned));
+    }
+    btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shape,
+                                                  to_bullet(inertia, units_.inertia_kg_m2()));
+    bodies_.push_back(std::make_unique<btRigidBody>(info));
+    btRigidBody& made = *bodies_.back();
+    give_contact_properties(made, std::sqrt(contact_.restitution), friction_of_a_body_);
+    made.setActivationState(DISABLE_DEACTIVATION);
+    if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+  }
+
+  /// Bullet multiplies those of two bodies.
+  void give_contact_properties(btRigidBody& body, double restitution, double friction) const {
+    body.setRestitution(is_resolving(contact_) ? restitution : 0.0);
+    body.setFriction(is_resolving(contact_) ? friction : 0.0);
+  }
+
+  void add_wall(const WallSpecification& wall) {
+    require_at_rest(wall);
+    shapes_.push_back(std::make_unique<btStaticPlaneShape>(to_bullet(wall.normal, 1.0),
+                                                           wall.normal.dot(wall.point_m) / units_.length_m));
+    walls_.push_back(
+        std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(0.0, nullptr, shapes_.back().get())));
+    const double friction = wall.friction > 0.0 ? wall.friction / friction_of_a_body_ : 0.0;
+    give_contact_properties(*walls_.back(), std::sqrt(contact_.restitution), friction);
+  }
+
+  void add_joint(Eigen::Index body, const Kinematics& start) {
+    btRigidBody& moving = *bodies_[static_cast<std::size_t>(body)];
+    const btTransform rail(frame_along(model_.axis(body)), to_bullet(start.position_m.col(body), units_.length_m));
+    const btTransform on_body = moving.getWorldTransform().inverse() * rail;
+    auto joint =
+        std::make_unique<btGeneric6DofSpring2Constraint>(btTypedConstraint::getFixedBody(), moving, rail, on_body);
+    constexpr int along = 0;
+    constexpr int about = 3;
+    for (int freedom = 0; freedom < 6; ++freedom) {
+      const bool free = freedom == along || freedom == about;
+      joint->setLimit(freedom, free ? 1.0 : 0.0,
+                      free ? -1.0 : 0.0);  // a lower limit above the upper one is none
+    }
+    joints_.push_back(std::move(joint));
+  }
+
+  void place(Eigen::Index body, const Kinematics& state) {
+    btRigidBody& placed = *bodies_[static_cast<std::size_t>(body)];
+    const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)) * q_BP_[static_cast<std::size_t>(body)],
+                           to_bullet(state.position_m.col(body), units_.length_m));
+    const btVector3 velocity = to_bullet(state.velocity_m_per_s.col(body), units_.velocity_m_per_s());
+    const btVector3 angular_velocity = to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
+    placed.setWorldTransform(pose);
+    placed.setLinearVelocity(velocity);
+    placed.setAngularVelocity(angular_velocity);
+    // Bullet derives the velocity of a kinematic body from its interpolated (previous) pose.
+    btTransform last;
+    btTransformUtil::integrateTransform(pose, -velocity, -angular_velocity, 1.0, last);
+    placed.setInterpolationWorldTransform(last);
+    placed.updateInertiaTensor();
+    placed.clearForces();
+  }
+
+  /// With `contact` in the case the solver acts once surfaces overlap, changes velocities by the restitution only, and
+  /// moves bodies apart without a velocity; what lies does not rebound from the velocity that its weight gives in a
+  /// step.
+  void configure(btDiscreteDynamicsWorld& world, const Loads& loads) const {
+    world.setGravity({0, 0, 0});  // weight comes with the other forces
+    auto& info = world.getSolverInfo();
+    info.m_numIterations = solver_iterations;
+    info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
+    world.getDispatchInfo().m_deterministicOverlappingPairs = true;
+    if (!is_resolving(contact_)) return;
+    info.m_erp2 = 0.0;
+    info.m_splitImpulsePenetrationThreshold = 0.0;
+    info.m_restitutionVelocityThreshold = 0.0;
+    for (Eigen::Index body = 0; body < model_.bodies(); ++body) {
+      const double gained = loads.force_N.col(body).norm() * model_.inverse_mass_per_kg(body) * units_.time_s;
+      info.m_restitutionVelocityThreshold =
+          std::max(info.m_restitutionVelocityThreshold, 4.0 * gained / units_.velocity_m_per_s());
+    }
+  }
+
+  void read(Eigen::Index body, Kinematics& state) const {
+    auto q = state.orientation_wxyz.col(body);
+    auto x = state.position_m.col(body);
+    if (!model_.moves(body)) {  // keeps its velocities; Bullet does not move it
+      x += units_.time_s * state.velocity_m_per_s.col(body);
+      q = rotated(units_.time_s * state.angular_velocity_rad_per_s.col(body), q).normalized();
+      return;
+    }
+    const btRigidBody& moved = *bodies_[static_cast<std::size_t>(body)];
+    x = from_bullet(moved.getWorldTransform().getOrigin(), units_.length_m);
+    state.velocity_m_per_s.col(body) = from_bullet(moved.getLinearVelocity(), units_.velocity_m_per_s());
+    state.angular_velocity_rad_per_s.col(body) = from_bullet(moved.getAngularVelocity(), 1.0 / units_.time_s);
+    const btQuaternion turned =
+        moved.getWorldTransform().getRotation() * q_BP_[static_cast<std::size_t>(body)].inverse();
+    q = of_the_same_sign({turned.w(), turned.x(), turned.y(), turned.z()}, q);
+  }
+
+  const BodyModel& model_;
+  EngineUnits units_;
+  ContactSpecification contact_;
+  double friction_of_a_body_;  ///< Bullet multiplies those of two bodies
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_;
+  ShapeOnPlane::CreateFunc shape_and_plane_, plane_and_shape_;
+  BulletShapes shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;  ///< in their principal frames, as Bullet requires
+  std::vector<btQuaternion> q_BP_;                    ///< of these
+  std::vector<std::unique_ptr<btRigidBody>> walls_;
+  std::vector<std::unique_ptr<btTypedConstraint>> joints_;  ///< of bodies with motion: axis
+  Springs springs_;
+  std::vector<std::unique_ptr<SpringConstraint>> pulls_;  ///< of the springs, in their order
+};
+
 }  // namespace
 
-BulletWorld::BulletWorld(const BodySetup& setup, const BodyModel& model, double step_s)
-    : model_(model),
-      units_(engine_units(model, step_s)),
-      contact_(setup.contact),
-      friction_of_a_body_(friction_of_a_body(setup)),
-      configuration_(small_pools()),
-      dispatcher_(&configuration_),
-      springs_(setup) {
-  // Bullet forgets a contact whose points rounding has moved apart by more than this [radii].
-  if (is_resolving(contact_)) gContactBreakingThreshold = 1e-9;
-  plane_and_shape_.m_swapped = true;
-  for (const int kind :
-       {CAPSULE_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE, CUSTOM_CONVEX_SHAPE_TYPE}) {
-    dispatcher_.registerCollisionCreateFunc(kind, STATIC_PLANE_PROXYTYPE, &shape_and_plane_);
-    dispatcher_.registerCollisionCreateFunc(STATIC_PLANE_PROXYTYPE, kind, &plane_and_shape_);
-  }
-  const Kinematics start = initial_kinematics(model);
-  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-    add_body(body, setup.bodies[static_cast<std::size_t>(body)]);
-    place(body, start);
-    if (model.motion(body) == MotionKind::axis) add_joint(body, start);
-  }
-  for (const WallSpecification& wall : setup.walls) add_wall(wall);
-  for (const SpringSpecification& spring : setup.springs) {
-    pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
-                                                        *bodies_[static_cast<std::size_t>(spring.body_B)]));
-  }
-}
-
-void BulletWorld::add_body(Eigen::Index body, const BodySpecification& specification) {
-  btCollisionShape* shape = bullet_shape(specification.shape, units_.length_m, specification.name, shapes_);
-  const bool moves = model_.moves(body);
-  const double mass_kg = 1.0 / model_.inverse_mass_per_kg(body);
-  const Eigen::Matrix3d tensor = inertia_tensor_kg_m2(specification);
-  Eigen::Vector3d inertia = tensor.diagonal();
-  q_BP_.push_back(btQuaternion::getIdentity());
-  if (!tensor.isDiagonal(0.0)) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(tensor);
-    inertia = principal.eigenvalues();
-    Eigen::Matrix3d axes = principal.eigenvectors();
-    axes.col(2) = axes.col(0).cross(axes.col(1));
-    const Eigen::Quaterniond q(axes);
-    q_BP_.back() = {q.x(), q.y(), q.z(), q.w()};
-    auto turned = std::make_unique<btCompoundShape>();
-    turned->addChildShape(btTransform(q_BP_.back().inverse()), shape);
-    shape = turned.get();
-    shapes_.push_back(std::move(turned));
-  }
-  btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shape,
-                                                to_bullet(inertia, units_.inertia_kg_m2()));
-  bodies_.push_back(std::make_unique<btRigidBody>(info));
-  btRigidBody& made = *bodies_.back();
-  give_contact_properties(made, std::sqrt(contact_.restitution), friction_of_a_body_);
-  made.setActivationState(DISABLE_DEACTIVATION);
-  if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
-}
-
-/// Bullet multiplies those of two bodies.
-void BulletWorld::give_contact_properties(btRigidBody& body, double restitution, double friction) const {
-  body.setRestitution(is_resolving(contact_) ? restitution : 0.0);
-  body.setFriction(is_resolving(contact_) ? friction : 0.0);
-}
-
-void BulletWorld::add_wall(const WallSpecification& wall) {
-  require_at_rest(wall);
-  shapes_.push_back(std::make_unique<btStaticPlaneShape>(to_bullet(wall.normal, 1.0),
-                                                         wall.normal.dot(wall.point_m) / units_.length_m));
-  walls_.push_back(
-      std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(0.0, nullptr, shapes_.back().get())));
-  const double friction = wall.friction > 0.0 ? wall.friction / friction_of_a_body_ : 0.0;
-  give_contact_properties(*walls_.back(), std::sqrt(contact_.restitution), friction);
-}
-
-void BulletWorld::add_joint(Eigen::Index body, const Kinematics& start) {
-  btRigidBody& moving = *bodies_[static_cast<std::size_t>(body)];
-  const btTransform rail(frame_along(model_.axis(body)), to_bullet(start.position_m.col(body), units_.length_m));
-  const btTransform on_body = moving.getWorldTransform().inverse() * rail;
-  auto joint =
-      std::make_unique<btGeneric6DofSpring2Constraint>(btTypedConstraint::getFixedBody(), moving, rail, on_body);
-  constexpr int along = 0;
-  constexpr int about = 3;
-  for (int freedom = 0; freedom < 6; ++freedom) {
-    const bool free = freedom == along || freedom == about;
-    joint->setLimit(freedom, free ? 1.0 : 0.0,
-                    free ? -1.0 : 0.0);  // a lower limit above the upper one is none
-  }
-  joints_.push_back(std::move(joint));
-}
-
-void BulletWorld::place(Eigen::Index body, const Kinematics& state) {
-  btRigidBody& placed = *bodies_[static_cast<std::size_t>(body)];
-  const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)) * q_BP_[static_cast<std::size_t>(body)],
-                         to_bullet(state.position_m.col(body), units_.length_m));
-  const btVector3 velocity = to_bullet(state.velocity_m_per_s.col(body), units_.velocity_m_per_s());
-  const btVector3 angular_velocity = to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
-  placed.setWorldTransform(pose);
-  placed.setLinearVelocity(velocity);
-  placed.setAngularVelocity(angular_velocity);
-  // Bullet derives the velocity of a kinematic body from its interpolated (previous) pose.
-  btTransform last;
-  btTransformUtil::integrateTransform(pose, -velocity, -angular_velocity, 1.0, last);
-  placed.setInterpolationWorldTransform(last);
-  placed.updateInertiaTensor();
-  placed.clearForces();
-}
-
-/// With `contact` in the case the solver acts once surfaces overlap, changes velocities by the restitution only, and
-/// moves bodies apart without a velocity; what lies does not rebound from the velocity that its weight gives in a step.
-void BulletWorld::configure(btDiscreteDynamicsWorld& world, const Loads& loads) const {
-  world.setGravity({0, 0, 0});  // weight comes with the other forces
-  auto& info = world.getSolverInfo();
-  info.m_numIterations = solver_iterations;
-  info.m_solverMode &= ~SOLVER_USE_WARMSTARTING;
-  world.getDispatchInfo().m_deterministicOverlappingPairs = true;
-  if (!is_resolving(contact_)) return;
-  info.m_erp2 = 0.0;
-  info.m_splitImpulsePenetrationThreshold = 0.0;
-  info.m_restitutionVelocityThreshold = 0.0;
-  for (Eigen::Index body = 0; body < model_.bodies(); ++body) {
-    const double gained = loads.force_N.col(body).norm() * model_.inverse_mass_per_kg(body) * units_.time_s;
-    info.m_restitutionVelocityThreshold =
-        std::max(info.m_restitutionVelocityThreshold, 4.0 * gained / units_.velocity_m_per_s());
-  }
-}
-
-void BulletWorld::advance(Kinematics& state, const Loads& loads) {
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);
-  configure(world, loads);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto body = static_cast<Eigen::Index>(i);
-    place(body, state);
-    bodies_[i]->applyCentralForce(to_bullet(loads.force_N.col(body), units_.force_N()));
-    bodies_[i]->applyTorque(to_bullet(loads.torque_N_m.col(body), units_.torque_N_m()));
-    world.addRigidBody(bodies_[i].get());
-  }
-  for (const auto& wall : walls_) world.addRigidBody(wall.get());
-  const auto motion = as_motion_state<BlockState>(state);
-  const BlockVectors angular_velocity_rad_per_s = state.angular_velocity_rad_per_s;
-  for (std::size_t i = 0; i < pulls_.size(); ++i) {
-    const Springs::Pull pull = springs_.pull(i, 0, motion, angular_velocity_rad_per_s);
-    const Eigen::Vector3d direction = pull.d_AB_W_m.normalized();
-    pulls_[i]->set_pull(pull.f_A_W_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
-                        to_bullet(pull.r_A_W_m, units_.length_m), to_bullet(pull.r_B_W_m, units_.length_m));
-    world.addConstraint(pulls_[i].get());
-  }
-  for (const auto& joint : joints_) world.addConstraint(joint.get());
-  world.stepSimulation(1.0, 0);  // one step of one unit of time
-  for (Eigen::Index body = 0; body < model_.bodies(); ++body) read(body, state);
-}
-
-void BulletWorld::read(Eigen::Index body, Kinematics& state) const {
-  auto q = state.orientation_wxyz.col(body);
-  auto x = state.position_m.col(body);
-  if (!model_.moves(body)) {  // keeps its velocities; Bullet does not move it
-    x += units_.time_s * state.velocity_m_per_s.col(body);
-    q = rotated(units_.time_s * state.angular_velocity_rad_per_s.col(body), q).normalized();
-    return;
-  }
-  const btRigidBody& moved = *bodies_[static_cast<std::size_t>(body)];
-  x = from_bullet(moved.getWorldTransform().getOrigin(), units_.length_m);
-  state.velocity_m_per_s.col(body) = from_bullet(moved.getLinearVelocity(), units_.velocity_m_per_s());
-  state.angular_velocity_rad_per_s.col(body) = from_bullet(moved.getAngularVelocity(), 1.0 / units_.time_s);
-  const btQuaternion turned = moved.getWorldTransform().getRotation() * q_BP_[static_cast<std::size_t>(body)].inverse();
-  q = of_the_same_sign({turned.w(), turned.x(), turned.y(), turned.z()}, q);
+std::unique_ptr<EngineWorld> make_bullet_world(const BodySetup& setup, const BodyModel& model, double step_s) {
+  return std::make_unique<BulletWorld>(setup, model, step_s);
 }
 
 }  // namespace copepod::body

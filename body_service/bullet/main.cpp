@@ -11,11 +11,11 @@ int main(int argc, char** argv) {
                   "inertia motion:free motion:fixed motion:prescribed motion:axis springs anchors bends "
                   "actuator:pair_force actuator:body_force actuator:body_torque actuator:world_force "
                   "actuator:world_torque gravity contact contact:friction contacts walls checkpoint")};
-  const auto make_world = [](const auto&... inputs) { return std::make_unique<body::BulletWorld>(inputs...); };
   return run_body_component(argc, argv,
                             {capabilities,
                              [&](const auto& setup, auto& context) {
-                               return std::make_unique<body::EngineBodySolver>("Bullet", make_world, setup, &context);
+                               return std::make_unique<body::EngineBodySolver>("Bullet", body::make_bullet_world, setup,
+                                                                               &context);
                              },
                              // Measured with Debian 12 [docs/results/memory.md]; some thousand bodies fit into that.
                              [](const auto&, int) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "contract/body_setup.hpp"
@@ -10,38 +9,29 @@
 
 namespace copepod::body {
 
-/// Advances the bodies of one block by a step, or by a part of one.
-class TimeIntegrator {
- public:
-  /// Of the block in work; each thread has its own.
-  struct Work {
-    /// @param bodies  of the longest block
-    explicit Work(Eigen::Index bodies) : equations(bodies) {
-      for (BlockState* part : {&state, &stage, &rate, &rate_sum}) part->resize(bodies);
-    }
+/// Of the block in work; each thread has its own.
+struct IntegratorWork {
+  /// @param bodies  of the longest block
+  explicit IntegratorWork(Eigen::Index bodies) : equations(bodies) {
+    for (BlockState* part : {&state, &stage, &rate, &rate_sum}) part->resize(bodies);
+  }
 
-    BlockState state;  ///< of the bodies, column 0 is body block.first
-    BlockState stage;
-    BlockState rate;
-    BlockState rate_sum;
-    EquationsOfMotion::Work equations;
-  };
-
-  TimeIntegrator() = default;
-  TimeIntegrator(const TimeIntegrator&) = delete;
-  TimeIntegrator& operator=(const TimeIntegrator&) = delete;
-  virtual ~TimeIntegrator() = default;
-
-  /// See BodySolver::driving_nodes.
-  [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
-
-  /// @param applied  with the drive at the driving nodes of these `step_s`
-  /// @param work     its state is advanced
-  /// @throws SolverError if a force is not defined in a state on the way
-  virtual void advance(const BodyBlock& block, const AppliedLoads& applied, double step_s, Work& work) const = 0;
+  BlockState state;  ///< of the bodies, column 0 is body block.first
+  BlockState stage;
+  BlockState rate;
+  BlockState rate_sum;
+  EquationsOfMotion::Work equations;
 };
 
-/// @param equations  must outlive the integrator
-std::unique_ptr<TimeIntegrator> make_time_integrator(Integrator kind, const EquationsOfMotion& equations);
+/// See BodySolver::driving_nodes.
+/// @throws CaseError for an unknown integrator
+std::vector<double> driving_nodes(Integrator kind);
+
+/// Advances the bodies of one block by a step, or by a part of one.
+/// @param applied  with the drive at the driving nodes of these `step_s`
+/// @param work     its state is advanced
+/// @throws SolverError if a force is not defined in a state on the way
+void advance(Integrator kind, const EquationsOfMotion& equations, const BodyBlock& block, const AppliedLoads& applied,
+             double step_s, IntegratorWork& work);
 
 }  // namespace copepod::body

@@ -34,6 +34,15 @@ using MotionState = MotionArrays<Eigen::ColMajor>;
 using BlockVectors = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
 using BlockState = MotionArrays<Eigen::RowMajor>;
 
+/// Calls act(part of each state) for positions, orientations, velocities and angular momenta, in this order.
+template <class... States>
+void for_each_part(const auto& act, States&... states) {
+  act(states.position_m...);
+  act(states.orientation_wxyz...);
+  act(states.velocity_m_per_s...);
+  act(states.angular_momentum_N_m_s...);
+}
+
 /// Where each component of a block's vectors or quaternions begins. Loops take it beforehand: the compiler cannot see
 /// that it stays there.
 template <class Columns>

@@ -13,11 +13,11 @@ int main(int argc, char** argv) {
                   "joint:fixed joint:distance joint:model joint:springs joint:limits actuator:pair_force "
                   "actuator:body_force actuator:body_torque actuator:world_force actuator:world_torque "
                   "actuator:joint_motion actuator:control model:mjcf gravity contact contacts walls checkpoint")};
-  const auto make_world = [](const auto&... inputs) { return std::make_unique<body::MujocoWorld>(inputs...); };
   return run_body_component(argc, argv,
                             {capabilities,
                              [&](const auto& setup, auto& context) {
-                               return std::make_unique<body::EngineBodySolver>("MuJoCo", make_world, setup, &context);
+                               return std::make_unique<body::EngineBodySolver>("MuJoCo", body::make_mujoco_world, setup,
+                                                                               &context);
                              },
                              // Measured with Debian 12 [docs/results/memory.md]; some hundred bodies fit into that.
                              [](const auto&, int) {

@@ -1,5 +1,3 @@
-#include "mujoco/mjcf.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,11 +12,11 @@
 #include "contact/contact_law.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
-#include "engine/engine_world.hpp"
 #include "geometry/contact_time.hpp"
 #include "geometry/near_pairs.hpp"
 #include "geometry/rotation.hpp"
 #include "model/body_model.hpp"
+#include "mujoco/model_bodies.hpp"
 
 namespace copepod::body {
 

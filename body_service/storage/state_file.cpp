@@ -37,14 +37,6 @@ std::uint64_t digest_of_words(std::span<const std::uint64_t> words) {
   return digest.value();
 }
 
-/// Calls act(numbers) for each array of a state, in the order in which files have them.
-void for_each_array(auto& state, const auto& act) {
-  act(state.position_m);
-  act(state.orientation_wxyz);
-  act(state.velocity_m_per_s);
-  act(state.angular_momentum_N_m_s);
-}
-
 /// Fills zeroed `words` from a file and shortens them to its length; a last word that is cut off is kept,
 /// padded with zeros.
 void read_all(std::istream& file, Words& words, const std::function<void()>& on_piece) {
@@ -77,7 +69,7 @@ std::uint64_t layout_digest(const BodySetup& setup) {
 std::uint64_t state_digest(std::int64_t step, const MotionState& state, const std::vector<std::uint64_t>& memory) {
   Digest digest;
   digest.add(static_cast<std::uint64_t>(step));
-  for_each_array(state, [&](const auto& numbers) { digest.add_all(numbers); });
+  for_each_part([&](const auto& numbers) { digest.add_all(numbers); }, state);
   digest.add_all(memory);
   return digest.value();
 }
@@ -87,9 +79,10 @@ void write_state(const std::string& path, const StateLabel& label, const MotionS
   const auto bodies = static_cast<std::size_t>(state.bodies());
   Words words{magic, version, label.layout_digest, static_cast<std::uint64_t>(label.step), bodies, memory.size()};
   words.reserve(header_words + words_per_body * bodies + memory.size() + 1);
-  for_each_array(state, [&](const auto& numbers) {
+  const auto append = [&](const auto& numbers) {
     for (const double number : numbers.reshaped()) words.push_back(std::bit_cast<std::uint64_t>(number));
-  });
+  };
+  for_each_part(append, state);
   words.insert(words.end(), memory.begin(), memory.end());
   words.push_back(digest_of_words(words));
 
@@ -126,12 +119,13 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
     fail(path, "is damaged (wrong length or checksum)", remedy);
   }
   auto numbers = content.subspan(header_words);
-  for_each_array(state, [&](auto& array) {
+  const auto take = [&](auto& array) {
     for (double& number : array.reshaped()) {
       number = std::bit_cast<double>(numbers.front());
       numbers = numbers.subspan(1);
     }
-  });
+  };
+  for_each_part(take, state);
   if (memory != nullptr) memory->assign(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(held));
   return static_cast<std::int64_t>(words[3]);
 }

@@ -15,9 +15,7 @@
 
 namespace copepod::body {
 
-MakeEngineWorld engine_under_test() {
-  return [](const auto&... inputs) { return std::make_unique<BulletWorld>(inputs...); };
-}
+MakeEngineWorld engine_under_test() { return make_bullet_world; }
 
 namespace {
 

@@ -18,9 +18,7 @@
 
 namespace copepod::body {
 
-MakeEngineWorld engine_under_test() {
-  return [](const auto&... inputs) { return std::make_unique<MujocoWorld>(inputs...); };
-}
+MakeEngineWorld engine_under_test() { return make_mujoco_world; }
 
 namespace {
 
