@@ -59,6 +59,12 @@ std::vector<int> bodies_by_name(const BodyModel& model) {
   return bodies;
 }
 
+SolverError too_soft(const std::string& found, double overlap_m) {
+  return SolverError(found + " by " + length_text(overlap_m) +
+                     " (the contact is too soft for its load, or the step too long). Use a larger "
+                     "contact.stiffness_N_per_m or a shorter step.");
+}
+
 }  // namespace
 
 double Contacts::reach_m(const BodySetup& setup) {
@@ -89,12 +95,6 @@ Contacts::Contacts(const BodySetup& setup, const BodyModel& model, const Joints&
     rank_[static_cast<std::size_t>(by_rank_[rank])] = static_cast<int>(rank);
   force_N_.resize(3, model.bodies());
   torque_N_m_.resize(3, model.bodies());
-}
-
-CoreSegment Contacts::core(int body, const MotionState& state) const {
-  const double half_length_m = core_half_length_m(model_.shape(body));
-  if (half_length_m == 0.0) return {state.position_m.col(body), Eigen::Vector3d::Zero()};
-  return {state.position_m.col(body), half_length_m * z_axis(state.orientation_wxyz.col(body))};
 }
 
 void Contacts::push(MotionState& state, const Interval& interval) {
@@ -161,8 +161,11 @@ void Contacts::push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uin
                           const Interval& interval) {
   const Shape& shape_A = model_.shape(A);
   const Shape& shape_B = model_.shape(B);
-  const CoreSegment core_A{Eigen::Vector3d::Zero(), core(A, state).half_W_m};
-  const CoreSegment core_B{apart_m, core(B, state).half_W_m};
+  const auto half_m = [&](int body, const Shape& shape) {
+    return core_of(shape, body, state.position_m, state.orientation_wxyz).half_W_m;
+  };
+  const CoreSegment core_A{Eigen::Vector3d::Zero(), half_m(A, shape_A)};
+  const CoreSegment core_B{apart_m, half_m(B, shape_B)};
   const Eigen::Vector3d at_A_m = nearest_place(core_A, core_B) * core_A.half_W_m;
   const Eigen::Vector3d at_B_m = nearest_place(core_B, {at_A_m, Eigen::Vector3d::Zero()}) * core_B.half_W_m;
   const Eigen::Vector3d between_m = apart_m + at_B_m - at_A_m;
@@ -170,10 +173,8 @@ void Contacts::push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uin
   const double overlap_m = shape_A.radius_m + shape_B.radius_m - distance_m;
   if (overlap_m < -near_m_) return;
   if (overlap_m > std::min(shape_A.radius_m, shape_B.radius_m)) {
-    throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' are pressed into each other by " +
-                      length_text(overlap_m) +
-                      " (the contact is too soft for its load, or the step too long). Use a larger "
-                      "contact.stiffness_N_per_m or a shorter step.");
+    throw too_soft("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' are pressed into each other",
+                   overlap_m);
   }
   Touch touch{.A = A, .B = B, .image = image, .normal = between_m / distance_m, .overlap_m = overlap_m};
   touch.arm_A_m = at_A_m + (shape_A.radius_m - 0.5 * overlap_m) * touch.normal;
@@ -187,16 +188,14 @@ void Contacts::push_from_wall(int body, std::size_t wall, const MotionState& sta
   const Shape& shape = model_.shape(body);
   const double height_m = plane.normal.dot(state.position_m.col(body) - plane.point_m);
   if (height_m - bounding_radius_m(shape) > near_m_) return;
-  const Eigen::Vector3d half_m = core(body, state).half_W_m;
+  const Eigen::Vector3d half_m = core_of(shape, body, state.position_m, state.orientation_wxyz).half_W_m;
   const int ends = half_m.isZero(0.0) ? 1 : 2;
   const double slope_m = plane.normal.dot(half_m);
   const auto overlap_m = [&](int end) { return shape.radius_m - height_m + (end == 0 ? slope_m : -slope_m); };
   for (int end = 0; end < ends; ++end) {
     if (overlap_m(end) < -near_m_) continue;
     if (overlap_m(end) > shape.radius_m) {
-      throw SolverError("body '" + model_.name(body) + "' is pressed into a wall by " + length_text(overlap_m(end)) +
-                        " (the contact is too soft for its load, or the step too long). Use a larger "
-                        "contact.stiffness_N_per_m or a shorter step.");
+      throw too_soft("body '" + model_.name(body) + "' is pressed into a wall", overlap_m(end));
     }
     Touch touch{.A = body, .normal = -plane.normal, .overlap_m = overlap_m(end)};
     const Eigen::Vector3d at_m = (end == 0 ? -1.0 : 1.0) * (ends - 1) * half_m;

@@ -81,7 +81,6 @@ class Contacts {
   /// Adds the loads of a contact if it is closed, and remembers it.
   /// @param other  as in ContactMemory
   void act(const Touch& touch, int other, const MotionState& state, const Interval& interval);
-  [[nodiscard]] CoreSegment core(int body, const MotionState& state) const;
   [[nodiscard]] double inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
                                            const MotionState& state) const;
   /// Inverse of the effective mass of a contact, with what joints hold.

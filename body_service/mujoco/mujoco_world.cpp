@@ -41,7 +41,16 @@ MujocoModel compiled_case(const BodySetup& setup, const EngineUnits& units, doub
 class MujocoWorld final : public EngineWorld {
  public:
   MujocoWorld(const BodySetup& setup, const BodyModel& model, double step_s)
-      : MujocoWorld(setup, model, units_of(setup, model, step_s), step_s) {}
+      : units_(units_of(setup, model, step_s)),
+        mujoco_(compiled_case(setup, units_, step_s)),
+        data_(new_data(*mujoco_)),
+        own_weight_N_(Eigen::Matrix3Xd::Zero(3, model.bodies())) {
+    find_bodies(setup);
+    find_actuators(setup);
+    mj_fwdPosition(mujoco_.get(), data_.get());
+    if (!has_model(setup)) set_initial_velocities(model);
+    mj_step1(mujoco_.get(), data_.get());
+  }
 
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0, 1.0}; }
 
@@ -109,18 +118,6 @@ class MujocoWorld final : public EngineWorld {
     Eigen::Index actuator;
     int input;  ///< number of MuJoCo's
   };
-
-  MujocoWorld(const BodySetup& setup, const BodyModel& model, const EngineUnits& units, double step_s)
-      : units_(units),
-        mujoco_(compiled_case(setup, units, step_s)),
-        data_(new_data(*mujoco_)),
-        own_weight_N_(Eigen::Matrix3Xd::Zero(3, model.bodies())) {
-    find_bodies(setup);
-    find_actuators(setup);
-    mj_fwdPosition(mujoco_.get(), data_.get());
-    if (!has_model(setup)) set_initial_velocities(model);
-    mj_step1(mujoco_.get(), data_.get());
-  }
 
   void find_bodies(const BodySetup& setup) {
     for (const BodySpecification& body : setup.bodies) motions_.push_back(body.motion);

@@ -203,7 +203,7 @@ Eigen::VectorXd nearest_distances_m(const Eigen::Matrix3Xd& points_m, const std:
     NeighbourGrid grid(radius_m, periodic_length_m);
     grid.find_pairs(points_m, pairs);
     for (const auto& [a, b] : pairs) {
-      const double distance_m = grid.nearest_image_m(points_m.col(b) - points_m.col(a)).norm();
+      const double distance_m = grid.images().nearest_m(points_m.col(b) - points_m.col(a)).norm();
       nearest_m[a] = std::min(nearest_m[a], distance_m);
       nearest_m[b] = std::min(nearest_m[b], distance_m);
     }

@@ -15,10 +15,7 @@ struct Checksum::State {
   XXH3_state_t hash;
 };
 
-Checksum::Checksum() : state_(std::make_unique<State>()) { XXH3_64bits_reset(&state_->hash); }
-Checksum::Checksum(Checksum&&) noexcept = default;
-Checksum& Checksum::operator=(Checksum&&) noexcept = default;
-Checksum::~Checksum() = default;
+Checksum::Checksum() : state_(new State, [](State* state) { delete state; }) { XXH3_64bits_reset(&state_->hash); }
 
 void Checksum::add(std::string_view bytes) { XXH3_64bits_update(&state_->hash, bytes.data(), bytes.size()); }
 

@@ -11,9 +11,6 @@ namespace copepod::coupler {
 class Checksum {
  public:
   Checksum();
-  Checksum(Checksum&&) noexcept;
-  Checksum& operator=(Checksum&&) noexcept;
-  ~Checksum();
 
   void add(std::string_view bytes);
   /// Of all bytes so far; more may follow.
@@ -21,7 +18,7 @@ class Checksum {
 
  private:
   struct State;
-  std::unique_ptr<State> state_;
+  std::unique_ptr<State, void (*)(State*)> state_;
 };
 
 /// Of `bytes` bytes of a file, behind the first `skipped`.

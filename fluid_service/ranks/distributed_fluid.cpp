@@ -148,90 +148,45 @@ void dismiss_followers(Communicator& communicator) noexcept {
   }
 }
 
-namespace {
-
-/// One rank's solver and the buffers of its calls.
-class Follower {
- public:
-  Follower(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& step)
-      : communicator_(communicator),
-        timeline_(communicator.context().timeline()),
-        make_solver_(make_solver),
-        channel_(communicator),
-        step_(step) {}
-
-  /// Receives one order and carries it out. @return false when there is nothing more to do
-  bool obey() {
-    {
-      const Span waiting(timeline_, "waiting");
-      channel_.receive(command_);
-    }
-    switch (command_.order) {
-      case Order::construct:
-        open_timeline();
-        solver_ = make_solver_(command_.setup, communicator_);
-        return true;
-      case Order::exchange_advance:
-        advance_one_step();
-        return true;
-      case Order::save:
-        save();
-        return true;
-      case Order::restore:
-        solver_->restore(command_.path);
-        return true;
-      case Order::summarise:
-        solver_->summarise();
-        return true;
-      case Order::stop:
-        break;
-    }
-    return false;
-  }
-
- private:
-  void open_timeline() {
-    const std::string& folder = command_.setup.trace_directory;
-    if (!folder.empty()) recording::open_timeline(timeline_, folder, "fluid", communicator_.rank());
-  }
-
-  void advance_one_step() {
-    step_ = kinematics_.step = command_.step;
-    timeline_.set_step(step_);
-    {
-      const Span exchanging(timeline_, "exchanging");
-      solver_->exchange(kinematics_, loads_);
-    }
-    const Span advancing(timeline_, "advancing");
-    solver_->advance();
-  }
-
-  /// A full disk is thrown on all ranks alike: rank 0 reports it to the coupler, and all continue.
-  void save() {
-    try {
-      solver_->save(command_.path);
-    } catch (const StorageError&) {
-    }
-  }
-
-  Communicator& communicator_;
-  Timeline& timeline_;
-  const RankSolverFactory& make_solver_;
-  CommandChannel channel_;
-  Command command_;
-  Kinematics kinematics_;  ///< of no bodies
-  Loads loads_;
-  std::atomic<std::int64_t>& step_;
-  std::unique_ptr<FluidSolver> solver_;
-};
-
-}  // namespace
-
 void follow(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& current_step) {
-  Follower follower(communicator, make_solver,
-                    current_step);  // outlives the report: its messages may be under way
+  Timeline& timeline = communicator.context().timeline();
+  // These outlive the report: their messages may be under way.
+  CommandChannel channel(communicator);
+  Command command;
+  Kinematics kinematics;  // of no bodies
+  Loads loads;
+  std::unique_ptr<FluidSolver> solver;
+  const auto receive = [&] {
+    const Span waiting(timeline, "waiting");
+    channel.receive(command);
+    return command.order;
+  };
+  const auto construct = [&] {
+    const std::string& folder = command.setup.trace_directory;
+    if (!folder.empty()) recording::open_timeline(timeline, folder, "fluid", communicator.rank());
+    solver = make_solver(command.setup, communicator);
+  };
+  const auto advance_one_step = [&] {
+    current_step = kinematics.step = command.step;
+    timeline.set_step(current_step);
+    {
+      const Span exchanging(timeline, "exchanging");
+      solver->exchange(kinematics, loads);
+    }
+    const Span advancing(timeline, "advancing");
+    solver->advance();
+  };
   try {
-    while (follower.obey()) {
+    while (receive() != Order::stop) {
+      if (command.order == Order::construct) construct();
+      if (command.order == Order::exchange_advance) advance_one_step();
+      if (command.order == Order::restore) solver->restore(command.path);
+      if (command.order == Order::summarise) solver->summarise();
+      if (command.order != Order::save) continue;
+      try {
+        solver->save(command.path);
+      } catch (const StorageError&) {  // a full disk, of all ranks alike: rank 0 reports it, and all continue
+      }
     }
   } catch (const PeerFailed&) {
     throw;

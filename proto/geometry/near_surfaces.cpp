@@ -48,9 +48,8 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
 }
 
 CoreSegment NearSurfaces::core(int body, const Kinematics& kinematics) const {
-  const double half_length_m = core_half_length_m(setup_.bodies[static_cast<std::size_t>(body)]);
-  if (half_length_m == 0.0) return {kinematics.position_m.col(body), Eigen::Vector3d::Zero()};
-  return {kinematics.position_m.col(body), half_length_m * z_axis(kinematics.orientation_wxyz.col(body))};
+  return core_of(setup_.bodies[static_cast<std::size_t>(body)], body, kinematics.position_m,
+                 kinematics.orientation_wxyz);
 }
 
 void NearSurfaces::find(const Kinematics& kinematics) {

@@ -126,7 +126,7 @@ void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level, c
           if (entry_cell != cell || (own_level && other <= ball)) continue;
           const double reach_m = radius_m_[ball] + radius_m_[other];
           const Eigen::Vector3d difference_m = centre_m.col(other) - centre_m.col(ball);
-          if (nearest_image_m(difference_m).squaredNorm() < reach_m * reach_m) {
+          if (images_.nearest_m(difference_m).squaredNorm() < reach_m * reach_m) {
             pairs.emplace_back(std::min(ball, other), std::max(ball, other));
           }
         }

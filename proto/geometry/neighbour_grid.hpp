@@ -27,11 +27,6 @@ class NeighbourGrid {
   ///                  order depends on positions and indices only
   void find_pairs(const Eigen::Matrix3Xd& centre_m, std::vector<BodyPair>& pairs);
 
-  /// Vector between the nearest periodic images of two points [m].
-  [[nodiscard]] Eigen::Vector3d nearest_image_m(const Eigen::Vector3d& difference_m) const {
-    return images_.nearest_m(difference_m);
-  }
-
   [[nodiscard]] const PeriodicImages& images() const { return images_; }  ///< of the periodic box
 
  private:

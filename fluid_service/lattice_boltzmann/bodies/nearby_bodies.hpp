@@ -42,7 +42,19 @@ class NearBlocks {
 
   /// visit(rank) for those of `range` that are not in `except`.
   template <class Visit>
-  void for_each_rank(const BlockRange& range, const BlockRange& except, const Visit& visit) const;
+  void for_each_rank(const BlockRange& range, const BlockRange& except, const Visit& visit) const {
+    const auto place = [&](int axis, int step) {
+      const int at = range.first[axis] + step;
+      return at < grid_[axis] ? at : at - grid_[axis];
+    };
+    for (int i = 0; i < range.count[0]; ++i)
+      for (int j = 0; j < range.count[1]; ++j)
+        for (int k = 0; k < range.count[2]; ++k) {
+          const std::array<int, 3> at = {place(0, i), place(1, j), place(2, k)};
+          if (contains(except, 0, at[0]) && contains(except, 1, at[1]) && contains(except, 2, at[2])) continue;
+          visit((at[0] * grid_[1] + at[1]) * grid_[2] + at[2]);
+        }
+  }
 
  private:
   [[nodiscard]] bool contains(const BlockRange& range, int axis, int place) const {
@@ -142,20 +154,5 @@ class NearbyBodies {
   std::vector<std::int64_t> total_high_;
   std::vector<std::function<void()>> sends_;
 };
-
-template <class Visit>
-void NearBlocks::for_each_rank(const BlockRange& range, const BlockRange& except, const Visit& visit) const {
-  const auto place = [&](int axis, int step) {
-    const int at = range.first[axis] + step;
-    return at < grid_[axis] ? at : at - grid_[axis];
-  };
-  for (int i = 0; i < range.count[0]; ++i)
-    for (int j = 0; j < range.count[1]; ++j)
-      for (int k = 0; k < range.count[2]; ++k) {
-        const std::array<int, 3> at = {place(0, i), place(1, j), place(2, k)};
-        if (contains(except, 0, at[0]) && contains(except, 1, at[1]) && contains(except, 2, at[2])) continue;
-        visit((at[0] * grid_[1] + at[1]) * grid_[2] + at[2]);
-      }
-}
 
 }  // namespace copepod::fluid

@@ -5,7 +5,6 @@
 
 #include "geometry/shapes/solid.hpp"
 #include "lattice_boltzmann/bodies/lattice_body.hpp"
-#include "lattice_boltzmann/bodies/placed_mesh.hpp"
 
 namespace copepod::fluid {
 
@@ -90,9 +89,9 @@ std::shared_ptr<const PlacedShape> place(const Shape& shape, const Eigen::Vector
                                          const Eigen::Quaterniond& orientation, double cell_m) {
   switch (shape.kind) {
     case ShapeKind::mesh:
-      return std::make_shared<PlacedMesh>(*shape.mesh, position, orientation, cell_m);
+      return place(*shape.mesh, position, orientation, cell_m);
     case ShapeKind::box:
-      return std::make_shared<PlacedMesh>(box_mesh(shape.extents_m), position, orientation, cell_m);
+      return place(box_mesh(shape.extents_m), position, orientation, cell_m);
     case ShapeKind::compound:
       return std::make_shared<PlacedCompound>(shape.parts, position, orientation, cell_m);
     default:

@@ -54,5 +54,7 @@ class PlacedShape {
 /// @param cell_m       width of a cell
 std::shared_ptr<const PlacedShape> place(const Shape& shape, const Eigen::Vector3d& position,
                                          const Eigen::Quaterniond& orientation, double cell_m);
+std::shared_ptr<const PlacedShape> place(const TriangleMesh& mesh, const Eigen::Vector3d& position,
+                                         const Eigen::Quaterniond& orientation, double cell_m);
 
 }  // namespace copepod::fluid

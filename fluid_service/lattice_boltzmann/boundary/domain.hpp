@@ -131,7 +131,15 @@ class Domain {
   [[nodiscard]] int mirrored(int alpha, const Cell& cell) const;
 
   /// Vector from `position_lu` to the centre of `cell`, to the nearest periodic image.
-  [[nodiscard]] Eigen::Vector3d from_position(const Eigen::Vector3d& position_lu, const Cell& cell) const;
+  [[nodiscard]] Eigen::Vector3d from_position(const Eigen::Vector3d& position_lu, const Cell& cell) const {
+    Eigen::Vector3d r;
+    for (int axis = 0; axis < 3; ++axis) {
+      r[axis] = (static_cast<double>(cell[axis]) + 0.5) - position_lu[axis];
+      if (periodic(axis)) r[axis] = to_nearest_image(r[axis], static_cast<double>(cells_[axis]));
+    }
+    return r;
+  }
+
   /// The link from `cell` in direction α to the nearest image of the body at `position_lu`, moved and mirrored
   /// with that image: beside a periodic face the image nearest to the link's end, through a mirror the image
   /// behind it.
@@ -140,7 +148,21 @@ class Domain {
   /// @param r      from_position(position_lu, cell)
   /// @param links  bit α set: a link in direction α
   [[nodiscard]] std::uint32_t links_to_images(const Eigen::Vector3d& position_lu, const Eigen::Vector3d& r,
-                                              const Cell& cell, std::uint32_t links) const;
+                                              const Cell& cell, std::uint32_t links) const {
+    std::uint32_t result = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double half = 0.5 * static_cast<double>(cells_[axis]);
+      const bool at_end = cell[axis] == 0 || cell[axis] == cells_[axis] - 1;
+      if (periodic(axis) ? std::abs(r[axis]) < half - 1.0 : !at_end) continue;
+      for (std::uint32_t bits = links; bits != 0; bits &= bits - 1) {
+        const int alpha = std::countr_zero(bits);
+        const int e = d3q19::e[alpha][axis];
+        if (periodic(axis) ? std::abs(r[axis] + e) > half : through_mirror(position_lu, cell, axis, e))
+          result |= 1U << alpha;
+      }
+    }
+    return result;
+  }
 
  private:
   /// Whether the step e along an axis leads through a mirror that does not cut the body.
@@ -155,32 +177,6 @@ class Domain {
   std::array<bool, 3> symmetric_;
   double wall_overlap_lu_;
 };
-
-inline Eigen::Vector3d Domain::from_position(const Eigen::Vector3d& position_lu, const Cell& cell) const {
-  Eigen::Vector3d r;
-  for (int axis = 0; axis < 3; ++axis) {
-    r[axis] = (static_cast<double>(cell[axis]) + 0.5) - position_lu[axis];
-    if (periodic(axis)) r[axis] = to_nearest_image(r[axis], static_cast<double>(cells_[axis]));
-  }
-  return r;
-}
-
-inline std::uint32_t Domain::links_to_images(const Eigen::Vector3d& position_lu, const Eigen::Vector3d& r,
-                                             const Cell& cell, std::uint32_t links) const {
-  std::uint32_t result = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double half = 0.5 * static_cast<double>(cells_[axis]);
-    const bool at_end = cell[axis] == 0 || cell[axis] == cells_[axis] - 1;
-    if (periodic(axis) ? std::abs(r[axis]) < half - 1.0 : !at_end) continue;
-    for (std::uint32_t bits = links; bits != 0; bits &= bits - 1) {
-      const int alpha = std::countr_zero(bits);
-      const int e = d3q19::e[alpha][axis];
-      if (periodic(axis) ? std::abs(r[axis] + e) > half : through_mirror(position_lu, cell, axis, e))
-        result |= 1U << alpha;
-    }
-  }
-  return result;
-}
 
 /// Where the population comes from that leaves ghost cell g in direction α towards the domain.
 struct GhostSource {

@@ -89,13 +89,6 @@ Overlaps::Overlaps(std::vector<Shape> shapes, const PeriodicImages& images)
   }
 }
 
-CoreSegment Overlaps::core(int body, const Eigen::Matrix3Xd& position_m,
-                           const Eigen::Matrix4Xd& orientation_wxyz) const {
-  const double half_length_m = core_half_length_m(shapes_[static_cast<std::size_t>(body)]);
-  if (half_length_m == 0.0) return {position_m.col(body), Eigen::Vector3d::Zero()};
-  return {position_m.col(body), half_length_m * z_axis(orientation_wxyz.col(body))};
-}
-
 template <class Depth>
 double Overlaps::deepest_m(int A, int B, const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
                            const Depth& depth) const {
@@ -119,8 +112,9 @@ double Overlaps::depth_m(int A, int B, const Eigen::Matrix3Xd& position_m,
   const Shape& second = shapes_[static_cast<std::size_t>(B)];
   if (is_round(first) && is_round(second)) {
     const double reach_m = bounding_radius_m(first) + bounding_radius_m(second);
-    const double distance_m = images_.smallest_distance_m(core(A, position_m, orientation_wxyz),
-                                                          core(B, position_m, orientation_wxyz), reach_m, A == B);
+    const double distance_m =
+        images_.smallest_distance_m(core_of(first, A, position_m, orientation_wxyz),
+                                    core_of(second, B, position_m, orientation_wxyz), reach_m, A == B);
     return -(distance_m - first.radius_m - second.radius_m);
   }
   return deepest_m(A, B, position_m, orientation_wxyz, [](const Placed& one, const Placed& other) {

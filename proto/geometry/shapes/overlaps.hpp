@@ -36,8 +36,6 @@ class Overlaps {
   template <class Depth>
   double deepest_m(int A, int B, const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
                    const Depth& depth) const;
-  [[nodiscard]] CoreSegment core(int body, const Eigen::Matrix3Xd& position_m,
-                                 const Eigen::Matrix4Xd& orientation_wxyz) const;
 
   std::vector<Shape> shapes_;
   std::vector<std::shared_ptr<const Solid>> solids_;  ///< none: all bodies are spheres or capsules

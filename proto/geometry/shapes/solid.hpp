@@ -97,7 +97,6 @@ std::unique_ptr<Solid> make_capsule(double radius, double length);
 std::unique_ptr<Solid> make_ellipsoid(const Eigen::Vector3d& semi_axes);
 std::unique_ptr<Solid> make_cylinder(double radius, double length);
 std::unique_ptr<Solid> make_mesh_solid(TriangleMesh mesh);
-std::unique_ptr<Solid> make_compound(const std::vector<ShapePart>& parts, double unit_m);
 
 /// The surface of a box around the origin, of 12 triangles.
 TriangleMesh box_mesh(const Eigen::Vector3d& edges);

@@ -32,7 +32,7 @@ std::vector<BodyPair> all_pairs(const Cloud& cloud, const NeighbourGrid& grid) {
   const int balls = static_cast<int>(cloud.radius.size());
   for (int i = 0; i < balls; ++i) {
     for (int j = i + 1; j < balls; ++j) {
-      const double distance = grid.nearest_image_m(cloud.centre.col(j) - cloud.centre.col(i)).norm();
+      const double distance = grid.images().nearest_m(cloud.centre.col(j) - cloud.centre.col(i)).norm();
       if (distance < cloud.radius[i] + cloud.radius[j]) pairs.emplace_back(i, j);
     }
   }
