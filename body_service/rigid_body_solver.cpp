@@ -1,13 +1,12 @@
 #include "rigid_body_solver.hpp"
 
-#include <chrono>
-
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
 #include "geometry/contact_time.hpp"
 #include "request_checks.hpp"
 #include "storage/state_file.hpp"
+#include "system/process.hpp"
 
 namespace copepod::body {
 
@@ -15,10 +14,6 @@ namespace {
 
 /// Bodies that are integrated together: their state and work arrays fit in a core's second-level cache.
 constexpr Eigen::Index preferred_block_bodies = 256;
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 bool resolves_contacts(const BodySetup& setup) { return setup.contact.stiffness_N_per_m > 0.0; }
 
@@ -120,7 +115,7 @@ void RigidBodySolver::write(const BodyBlock& block, IntegratorWork& work, Kinema
 
 void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   require_matching_loads(applied, step_, state_.bodies(), actuators_, std::ssize(nodes_));
-  const auto start = Clock::now();
+  const double start_s = now_s();
   const double before_s = contact_s_;
   next.resize(state_.bodies());
   if (contacts_)
@@ -128,11 +123,11 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   else
     integrate(applied, step_s_, &next);
   ++step_;
-  integration_s_ += seconds_since(start) - (contact_s_ - before_s);
+  const double integrated_s = now_s();
+  integration_s_ += integrated_s - start_s - (contact_s_ - before_s);
 
-  const auto integrated = Clock::now();
   if (!contacts_) overlap_check_.check(state_, step_, team_);
-  contact_s_ += seconds_since(integrated);
+  contact_s_ += now_s() - integrated_s;
   next.step = step_;
   if (contacts_) kinematics(next);
 }
@@ -178,10 +173,10 @@ void RigidBodySolver::integrate_with_contacts(const AppliedLoads& applied) {
 }
 
 void RigidBodySolver::push_contacts(const Contacts::Interval& interval) {
-  const auto start = Clock::now();
+  const double start_s = now_s();
   contacts_->push(state_, interval);
   correct_joints(interval.at);
-  contact_s_ += seconds_since(start);
+  contact_s_ += now_s() - start_s;
 }
 
 void RigidBodySolver::interpolate_drive(const AppliedLoads& applied, double from, double to) {

@@ -22,12 +22,6 @@ void share_ranges(ThreadTeam& team, std::size_t count, const Work& work) {
   });
 }
 
-std::string in_metres(double length_m) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3e m", length_m);
-  return text.data();
-}
-
 }  // namespace
 
 OverlapCheck::OverlapCheck(const BodyModel& model, NearPairs& near_pairs, const ContactSpecification& contact)
@@ -51,25 +45,20 @@ void OverlapCheck::check(const MotionState& state, std::int64_t step, ThreadTeam
 
 void OverlapCheck::check_pair(int A, int B, const MotionState& state, std::int64_t step) const {
   const double depth_m = overlaps_.depth_m(A, B, state.position_m, state.orientation_wxyz);
-  if (depth_m > 0.0) report(A, B, depth_m, step);
-}
-
-void OverlapCheck::report(int A, int B, double depth_m, std::int64_t step) const {
-  const std::string depth = in_metres(depth_m);
-  if (A == B) {
-    throw SolverError("body '" + model_.name(A) + "' overlaps with its own periodic image by " + depth +
+  if (!(depth_m > 0.0)) return;
+  std::array<char, 32> depth{};
+  std::snprintf(depth.data(), depth.size(), " by %.3e m", depth_m);
+  if (A == B)
+    throw SolverError("body '" + model_.name(A) + "' overlaps with its own periodic image" + depth.data() +
                           " (the periodic length is shorter than the body). Use a larger domain.",
                       0, step);
-  }
-  if (contacts_are_resolved_) {
-    throw SolverError("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
-                          " at the start (a contact would push them apart at once). Start them further apart.",
-                      0, step);
-  }
   throw SolverError(
-      "bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap by " + depth +
-          " (contacts are not resolved). Let bodies rebound (contact: {} in the case), start them further apart, or "
-          "use a smaller amplitude of the drive (amplitude_N, amplitude_m), a stiffer spring or a shorter step.",
+      "bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' overlap" + depth.data() +
+          (contacts_are_resolved_
+               ? " at the start (a contact would push them apart at once). Start them further apart."
+               : " (contacts are not resolved). Let bodies rebound (contact: {} in the case), start them further "
+                 "apart, or use a smaller amplitude of the drive (amplitude_N, amplitude_m), a stiffer spring or a "
+                 "shorter step."),
       0, step);
 }
 

@@ -24,7 +24,6 @@ class OverlapCheck {
 
  private:
   void check_pair(int A, int B, const MotionState& state, std::int64_t step) const;
-  [[noreturn]] void report(int A, int B, double depth_m, std::int64_t step) const;
 
   const BodyModel& model_;
   NearPairs& near_pairs_;

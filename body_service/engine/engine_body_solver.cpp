@@ -1,12 +1,11 @@
 #include "engine/engine_body_solver.hpp"
 
-#include <chrono>
-
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "geometry/contact_time.hpp"
 #include "request_checks.hpp"
 #include "storage/state_file.hpp"
+#include "system/process.hpp"
 
 namespace copepod::body {
 
@@ -61,7 +60,7 @@ void EngineBodySolver::add_forces(const AppliedLoads& applied) {
 void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   require_matching_loads(applied, state_.step, model_.bodies(), static_cast<Eigen::Index>(all_.actuators.size()),
                          static_cast<Eigen::Index>(driving_nodes().size()));
-  const auto start = std::chrono::steady_clock::now();
+  const double start_s = now_s();
   for (std::int64_t substep = 0; substep < substeps_; ++substep) {
     add_forces(applied);
     const double at_end = static_cast<double>(substep + 1) / static_cast<double>(substeps_);
@@ -75,7 +74,7 @@ void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
           0, state_.step);
   }
   ++state_.step;
-  integration_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  integration_s_ += now_s() - start_s;
   next = state_;
 }
 

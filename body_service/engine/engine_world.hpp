@@ -46,9 +46,6 @@ inline EngineUnits engine_units(const BodyModel& model, double time_s) {
 /// their joints.
 class EngineWorld {
  public:
-  EngineWorld() = default;
-  EngineWorld(const EngineWorld&) = delete;
-  EngineWorld& operator=(const EngineWorld&) = delete;
   virtual ~EngineWorld() = default;
 
   /// Whether `advance` adds the forces of the springs itself, so that the loads are without them.

@@ -62,9 +62,6 @@ struct Stage {
 /// is the order of the sums.
 class ForceElement {
  public:
-  ForceElement() = default;
-  ForceElement(const ForceElement&) = delete;
-  ForceElement& operator=(const ForceElement&) = delete;
   virtual ~ForceElement() = default;
 
   /// Adds the forces and the torques about the centres of mass on the bodies of a block, world frame.

@@ -19,9 +19,6 @@ struct StepRecord {
 /// Looks at a run and never changes it; all output of a run is made by observers.
 class Observer {
  public:
-  Observer() = default;
-  Observer(const Observer&) = delete;
-  Observer& operator=(const Observer&) = delete;
   virtual ~Observer() = default;
 
   /// Called once per step, in order.

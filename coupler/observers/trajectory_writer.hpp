@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,15 +14,9 @@
 namespace copepod::coupler {
 
 /// Where the samples of a trajectory go.
-class TrajectoryFile {
- public:
-  TrajectoryFile() = default;
-  TrajectoryFile(const TrajectoryFile&) = delete;
-  TrajectoryFile& operator=(const TrajectoryFile&) = delete;
-  virtual ~TrajectoryFile() = default;
-
-  virtual void add(const StepRecord& record, double time_s) = 0;
-  virtual TableFile& table() = 0;
+struct TrajectoryFile {
+  std::unique_ptr<TableFile> table;
+  std::function<void(const StepRecord& record, double time_s)> add;
 };
 
 /// Writes trajectory.csv or trajectory.npy: position, orientation (w, x, y, z), velocity and angular velocity of every
@@ -48,7 +43,7 @@ class TrajectoryWriter final : public Observer {
 
   /// Hands every sample so far to the operating system and the disk.
   /// @return where the table ends now
-  TableEnd sync() { return file_->table().sync(); }
+  TableEnd sync() { return file_.table->sync(); }
 
  private:
   void add(const StepRecord& record);
@@ -57,7 +52,7 @@ class TrajectoryWriter final : public Observer {
   std::int64_t every_steps_;
   std::int64_t sample_from_;
   std::int64_t last_written_;  ///< −1: no sample yet
-  std::unique_ptr<TrajectoryFile> file_;
+  TrajectoryFile file_;
 };
 
 /// Writes obstacles.csv or obstacles.npy: the loads on obstacles that ask for them, as a trajectory of bodies at rest.

@@ -1,6 +1,5 @@
 #include "stokes/stokes_flow.hpp"
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -9,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
 
@@ -204,7 +204,7 @@ StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator
 }
 
 void StokesFlow::add_loads(const Kinematics& kinematics, Loads& loads) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start_s = now_s();
   const Eigen::Index n = kinematics.bodies();
   Eigen::VectorXd motion(6 * n);
   motion << kinematics.velocity_m_per_s.reshaped(), kinematics.angular_velocity_rad_per_s.reshaped();
@@ -218,7 +218,7 @@ void StokesFlow::add_loads(const Kinematics& kinematics, Loads& loads) {
         kinematics.step);
   loads.force_N.reshaped() = load.head(3 * n);
   loads.torque_N_m.reshaped() = load.tail(3 * n);
-  exchange_s_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  exchange_s_ += now_s() - start_s;
 }
 
 SolverSummary StokesFlow::summarise() {

@@ -46,8 +46,6 @@ class MomentumExchange {
   const bool uses_second_cell;  ///< other ranks' populations must have arrived before
   const bool conserving;
 
-  MomentumExchange(const MomentumExchange&) = delete;
-  MomentumExchange& operator=(const MomentumExchange&) = delete;
   virtual ~MomentumExchange() = default;
 
   /// Of bodies that leave thin films out of their loads. What the two bodies on both sides of a film leave out is

@@ -24,8 +24,6 @@ class PlacedShape {
  public:
   PlacedShape(Eigen::Vector3d position, const Eigen::Quaterniond& orientation)
       : position_(std::move(position)), orientation_(orientation) {}
-  PlacedShape(const PlacedShape&) = delete;
-  PlacedShape& operator=(const PlacedShape&) = delete;
   virtual ~PlacedShape() = default;
 
   [[nodiscard]] bool is_at(const Eigen::Vector3d& position, const Eigen::Quaterniond& orientation) const {

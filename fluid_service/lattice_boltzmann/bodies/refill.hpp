@@ -93,9 +93,6 @@ struct GradRefill {
 template <class T>
 class Refiller {
  public:
-  Refiller() = default;
-  Refiller(const Refiller&) = delete;
-  Refiller& operator=(const Refiller&) = delete;
   virtual ~Refiller() = default;
 
   /// Refills the cells of `map.uncovered()` that this rank owns; collective.

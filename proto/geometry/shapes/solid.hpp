@@ -64,9 +64,6 @@ struct Surface {
 /// shape is one class.
 class Solid {
  public:
-  Solid() = default;
-  Solid(const Solid&) = delete;
-  Solid& operator=(const Solid&) = delete;
   virtual ~Solid() = default;
 
   /// Of a ball around the origin that contains the solid.
