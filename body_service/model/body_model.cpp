@@ -92,14 +92,9 @@ Eigen::Matrix3d inverse_inertia(const BodySpecification& body, const Eigen::Vect
 
 BodyModel::BodyModel(const BodySetup& setup) {
   const auto bodies = static_cast<Eigen::Index>(setup.bodies.size());
-  names_.reserve(setup.bodies.size());
-  shapes_.reserve(setup.bodies.size());
-  motions_.reserve(setup.bodies.size());
-  inertia_.reserve(setup.bodies.size());
   axis_.resize(3, bodies);
   inverse_mass_per_kg_.resize(bodies);
   inverse_inertia_.resize(3, bodies);
-  full_.reserve(setup.bodies.size());
   initial_.resize(bodies);
   for (Eigen::Index body = 0; body < bodies; ++body) add(body, setup.bodies[body]);
 }

@@ -57,12 +57,10 @@ class CheckpointStore {
   /// @throws StorageError; older checkpoints stay as they are
   void commit(std::int64_t step);
 
-  /// The newest checkpoint that is complete, undamaged and of this case. Takes long for large ones.
+  /// The newest checkpoint that is complete, undamaged and of this case, or the one before `step`. Takes long for large
+  /// ones.
   /// @throws StorageError if there is none
-  [[nodiscard]] FoundCheckpoint newest() const { return find(std::nullopt); }
-  /// The one before `step`, or the newest.
-  [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> step) const;
-
+  [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> step = {}) const;
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
   /// Bytes of the newest checkpoint, 0 if there is none; what the next one will need, more or less.

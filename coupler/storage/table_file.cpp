@@ -17,10 +17,19 @@ constexpr const char* npy_suffix = ".npy";
 
 std::uint64_t head_of(const std::string& path) { return path.ends_with(npy_suffix) ? NpyFile::head_bytes : 0; }
 
+std::string start_of_npy_head(const std::string& type) {
+  constexpr std::uint64_t before_text = 10;
+  constexpr std::uint64_t text = NpyFile::head_bytes - before_text;
+  std::string head = "\x93NUMPY\x01";
+  for (const std::uint64_t byte : {std::uint64_t{0}, text & 0xff, text >> 8}) head += static_cast<char>(byte);
+  return head + "{'descr': " + type + ", 'fortran_order': False, 'shape': (";
+}
+
 }  // namespace
 
-TableFile::TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head)
-    : path_(std::move(path)), head_(head) {
+TableFile::TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head,
+                     std::function<std::string(std::uint64_t bytes)> make_head)
+    : path_(std::move(path)), head_(head), make_head_(std::move(make_head)) {
   if (end) {
     if (const std::string damage = find_damage(path_, *end); !damage.empty())
       throw StorageError(damage + " (the run cannot continue it). Restore the file, or start a new run.");
@@ -36,7 +45,7 @@ TableFile::TableFile(std::string path, const std::optional<TableEnd>& end, std::
 
 TableFile::~TableFile() {
   try {
-    TableFile::flush();
+    flush();
   } catch (const Error&) {
     // The run is failing already; whole rows written before stay as they are.
   }
@@ -48,6 +57,7 @@ void TableFile::flush() {
   checksum_.add(buffer_);
   bytes_ += buffer_.size();
   buffer_.clear();
+  if (make_head_) write(0, make_head_(bytes_));
   flushed_ = Clock::now();
 }
 
@@ -70,43 +80,25 @@ void TableFile::fail(const std::string& remedy) const {
   throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " + remedy_for(errno, remedy));
 }
 
-NpyFile::NpyFile(const std::string& path, std::string type, std::uint64_t sample_bytes,
+NpyFile::NpyFile(const std::string& path, const std::string& type, std::uint64_t sample_bytes,
                  const std::optional<TableEnd>& end)
-    : TableFile(path, end, head_bytes), type_(std::move(type)), sample_bytes_(sample_bytes) {
-  std::string found(start_of_head().size(), '\0');
+    : TableFile(path, end, head_bytes, [type, sample_bytes](std::uint64_t bytes) {
+        std::string head = start_of_npy_head(type) + std::to_string(bytes / sample_bytes) + ",), }";
+        head.resize(head_bytes - 1, ' ');
+        return head + '\n';
+      }) {
+  const std::string start = start_of_npy_head(type);
+  std::string found(start.size(), '\0');
   if (end && (!std::ifstream(path, std::ios::binary).read(found.data(), static_cast<std::streamsize>(found.size())) ||
-              found != start_of_head()))
+              found != start))
     throw StorageError(path +
                        " is of other bodies (the run cannot continue it). Restore the file, or start a new run.");
   flush();
 }
 
-NpyFile::~NpyFile() {
-  try {
-    flush();
-  } catch (const Error&) {
-    // as in ~TableFile
-  }
-}
-
 void NpyFile::add(std::span<const std::span<const std::byte>> values) {
   for (const auto& field : values) append({reinterpret_cast<const char*>(field.data()), field.size()});
   end_row();
-}
-
-void NpyFile::flush() {
-  TableFile::flush();
-  std::string head = start_of_head() + std::to_string(bytes() / sample_bytes_) + ",), }";
-  head.resize(head_bytes - 1, ' ');
-  write(0, head + '\n');
-}
-
-std::string NpyFile::start_of_head() const {
-  constexpr std::uint64_t before_text = 10;
-  constexpr std::uint64_t text = head_bytes - before_text;
-  std::string head = "\x93NUMPY\x01";
-  for (const std::uint64_t byte : {std::uint64_t{0}, text & 0xff, text >> 8}) head += static_cast<char>(byte);
-  return head + "{'descr': " + type_ + ", 'fortran_order': False, 'shape': (";
 }
 
 std::string find_damage(const std::string& path, const TableEnd& end) try {

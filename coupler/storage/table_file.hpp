@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -35,7 +36,7 @@ class TableFile {
 
   /// Hands every row so far to the operating system.
   /// @throws StorageError if the disk does not take them
-  virtual void flush();
+  void flush();
   /// The same, and waits for the disk.
   /// @return where the table ends now
   TableEnd sync();
@@ -43,24 +44,24 @@ class TableFile {
  protected:
   /// @param end   where to continue the file, without what a run that was interrupted wrote behind it; absent: a new
   ///              one is started
-  /// @param head  bytes before the rows, which a derived class writes
+  /// @param head  bytes before the rows; `make_head` gives them for so many bytes of rows, once these are written
   /// @throws StorageError if the file cannot be written, or is not what it was up to `end`
-  TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head = 0);
+  TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head = 0,
+            std::function<std::string(std::uint64_t bytes)> make_head = {});
   /// Adds bytes to a row.
   void append(std::string_view bytes) { buffer_ += bytes; }
   /// The row is whole: it reaches the file at the latest with the first one a second later.
   /// @throws StorageError as `flush`
   void end_row();
-  void write(std::uint64_t position, std::string_view bytes);
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
-  [[nodiscard]] const std::string& path() const { return path_; }
 
  private:
   using Clock = std::chrono::steady_clock;
+  void write(std::uint64_t position, std::string_view bytes);
   [[noreturn]] void fail(const std::string& remedy) const;
 
   std::string path_;
   std::uint64_t head_;
+  std::function<std::string(std::uint64_t bytes)> make_head_;
   int file_ = -1;
   std::uint64_t bytes_ = 0;  ///< as in TableEnd
   Checksum checksum_;        ///< of them
@@ -96,18 +97,11 @@ class NpyFile final : public TableFile {
   /// @param type          of a sample, as NumPy describes it
   /// @param sample_bytes  its size
   /// @throws StorageError as TableFile, and if the file is of another type
-  NpyFile(const std::string& path, std::string type, std::uint64_t sample_bytes, const std::optional<TableEnd>& end);
-  ~NpyFile() override;
+  NpyFile(const std::string& path, const std::string& type, std::uint64_t sample_bytes,
+          const std::optional<TableEnd>& end);
 
   /// @param values  of each field
   void add(std::span<const std::span<const std::byte>> values);
-  void flush() override;
-
- private:
-  [[nodiscard]] std::string start_of_head() const;
-
-  std::string type_;
-  std::uint64_t sample_bytes_;
 };
 
 /// What is wrong with a table that is to be continued from `end`; empty if nothing is.

@@ -59,22 +59,42 @@ class Keys {
   void words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description);
   void command(const Key& key, std::vector<std::string>& words, const char* description);
   template <typename E, std::size_t N>
-  void choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description);
+  void choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {
+    std::array<const char*, N> names{};
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < N; ++i) {
+      names[i] = choices[i].name;
+      if (choices[i].value == value) place = i;
+    }
+    value = choices[choose(key, place, names, description)].value;
+  }
   /// The key `kind`, which decides which others there are.
   /// @return false where it cannot be used: no other key is to be read then
   template <typename E, std::size_t N>
-  bool kind(E& value, const std::array<Choice<E>, N>& choices, const char* description);
+  bool kind(E& value, const std::array<Choice<E>, N>& choices, const char* description) {
+    choice(required("kind"), value, choices, description);
+    if (reader_ == nullptr || !reader_->problems().any_under(reader_->path_of("kind"))) return true;
+    reader_->accept_all();
+    return false;
+  }
 
   void section(const Key& key, const char* description, const Declare& declare);
   /// A section that may be absent.
   template <typename T>
   void section(const Key& key, std::optional<T>& value, const char* description,
-               const std::function<void(Keys&, std::type_identity_t<T>&)>& declare);
+               const std::function<void(Keys&, std::type_identity_t<T>&)>& declare) {
+    if (describes() || (reader_ != nullptr && reader_->has(key.name))) value.emplace();
+    if (value) section(key, description, [&](Keys& below) { declare(below, *value); });
+  }
   /// Another form of a key, beside the one that is declared already: a section.
   void either(const Key& key, const Declare& declare);
   template <typename T>
-  void list(const Key& key, std::vector<T>& items, const char* description,
-            const std::function<void(Keys&, std::type_identity_t<T>&)>& declare);
+  void list(const Key& key, std::vector<T>& items_of_case, const char* description,
+            const std::function<void(Keys&, std::type_identity_t<T>&)>& declare) {
+    if (resolved_ == nullptr) items_of_case.resize(size_of(key, items_of_case.size()));
+    items(key, items_of_case.size(), description,
+          [&](Keys& below, std::size_t i) { declare(below, items_of_case[i]); });
+  }
 
   /// Whether keys are to be declared that exist under a condition only: the schema has all of them.
   [[nodiscard]] bool when(bool condition) const { return condition || describes(); }
@@ -126,38 +146,5 @@ nlohmann::ordered_json schema_of_integer(Range range);
 nlohmann::ordered_json schema_of_list(nlohmann::ordered_json item, std::size_t count);  ///< 0: any number of items
 /// Of a whole file, a "case" or a "campaign".
 nlohmann::ordered_json schema_of_file(const std::string& kind, const char* description, const Keys::Declare& declare);
-
-template <typename E, std::size_t N>
-void Keys::choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {
-  std::array<const char*, N> names{};
-  std::size_t place = 0;
-  for (std::size_t i = 0; i < N; ++i) {
-    names[i] = choices[i].name;
-    if (choices[i].value == value) place = i;
-  }
-  value = choices[choose(key, place, names, description)].value;
-}
-
-template <typename E, std::size_t N>
-bool Keys::kind(E& value, const std::array<Choice<E>, N>& choices, const char* description) {
-  choice(required("kind"), value, choices, description);
-  if (reader_ == nullptr || !reader_->problems().any_under(reader_->path_of("kind"))) return true;
-  reader_->accept_all();
-  return false;
-}
-
-template <typename T>
-void Keys::section(const Key& key, std::optional<T>& value, const char* description,
-                   const std::function<void(Keys&, std::type_identity_t<T>&)>& declare) {
-  if (describes() || (reader_ != nullptr && reader_->has(key.name))) value.emplace();
-  if (value) section(key, description, [&](Keys& below) { declare(below, *value); });
-}
-
-template <typename T>
-void Keys::list(const Key& key, std::vector<T>& items_of_case, const char* description,
-                const std::function<void(Keys&, std::type_identity_t<T>&)>& declare) {
-  if (resolved_ == nullptr) items_of_case.resize(size_of(key, items_of_case.size()));
-  items(key, items_of_case.size(), description, [&](Keys& below, std::size_t i) { declare(below, items_of_case[i]); });
-}
 
 }  // namespace copepod::coupler

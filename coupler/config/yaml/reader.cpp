@@ -125,28 +125,26 @@ const Value* Reader::wanted_list(const std::string& key, std::size_t size, bool 
   return nullptr;
 }
 
+/// @param parse  what is parsed of an item; what cannot be used keeps its value in `numbers`
+void Reader::read_list(const std::string& key, bool required, const auto& parse, auto& numbers) {
+  const Value* list = wanted_list(key, static_cast<std::size_t>(numbers.size()), required);
+  for (std::size_t i = 0; list != nullptr && i < list->items.size(); ++i)
+    if (const auto number = parse(path_of(key) + "." + std::to_string(i), list->items[i])) numbers[i] = *number;
+}
+
 Eigen::VectorXd Reader::numbers(const std::string& key, Eigen::Index size,
                                 const std::optional<Eigen::VectorXd>& otherwise) {
-  const Value* list = wanted_list(key, static_cast<std::size_t>(size), !otherwise);
   Eigen::VectorXd result = otherwise.value_or(Eigen::VectorXd::Zero(size));
-  if (list == nullptr) return result;
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const auto index = static_cast<std::size_t>(i);
-    const auto number = parse_number(path_of(key) + "." + std::to_string(i), list->items[index], Range::any);
-    if (number) result[i] = *number;
-  }
+  const auto parse = [this](const auto& path, const Value& item) { return parse_number(path, item, Range::any); };
+  read_list(key, !otherwise, parse, result);
   return result;
 }
 
 std::vector<std::int64_t> Reader::integers(const std::string& key, std::size_t size, Range range,
                                            const std::optional<std::vector<std::int64_t>>& otherwise) {
-  const Value* list = wanted_list(key, size, !otherwise);
   std::vector<std::int64_t> result = otherwise.value_or(std::vector<std::int64_t>(size, 1));
-  if (list == nullptr) return result;
-  for (std::size_t i = 0; i < size; ++i) {
-    const auto number = parse_integer(path_of(key) + "." + std::to_string(i), list->items[i], range);
-    if (number) result[i] = *number;
-  }
+  const auto parse = [&](const auto& path, const Value& item) { return parse_integer(path, item, range); };
+  read_list(key, !otherwise, parse, result);
   return result;
 }
 

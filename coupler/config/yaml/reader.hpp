@@ -65,6 +65,7 @@ class Reader {
   const Value* wanted(const std::string& key, bool required);
   std::optional<double> parse_number(const std::string& path, const Value& value, Range range);
   std::optional<std::int64_t> parse_integer(const std::string& path, const Value& value, Range range);
+  void read_list(const std::string& key, bool required, const auto& parse, auto& numbers);
   const Value* wanted_list(const std::string& key, std::size_t size, bool required);
 
   const Value* mapping_;

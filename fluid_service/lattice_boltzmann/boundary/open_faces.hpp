@@ -67,7 +67,7 @@ class OpenFaces {
     });
     for (const auto& [place, cell] : cells) {
       Group group = group_of(domain, cell);
-      const auto same = std::ranges::find(groups_, group);
+      const auto same = std::ranges::find_if(groups_, [&](const Kind& other) { return other == group; });
       (same == groups_.end() ? groups_.emplace_back(std::move(group)) : *same).cells.push_back(place);
     }
   }
@@ -117,9 +117,8 @@ class OpenFaces {
 
     bool operator==(const Link&) const = default;
   };
-  /// Cells x_f that differ in their places only.
-  struct Group {
-    Cell first{};
+  /// What cells x_f have in common that differ in their places only.
+  struct Kind {
     Faces faces = 0;
     std::vector<Link> links;
     // At an outflow:
@@ -130,13 +129,11 @@ class OpenFaces {
     std::int64_t to_inner = 0;  ///< x_f − n, from x_f
     Populations from_walls{};   ///< what moving walls add
     Populations profiles{};     ///< of their faces
+    bool operator==(const Kind&) const = default;
+  };
+  struct Group : Kind {
+    Cell first{};
     std::vector<std::int64_t> cells;
-
-    bool operator==(const Group& other) const {
-      return faces == other.faces && links == other.links && length == other.length && axis == other.axis &&
-             high == other.high && faces_of_inner == other.faces_of_inner && to_inner == other.to_inner &&
-             from_walls == other.from_walls && profiles == other.profiles;
-    }
   };
 
   [[nodiscard]] Group group_of(const Domain& domain, const Cell& cell) const {

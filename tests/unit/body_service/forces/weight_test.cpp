@@ -6,16 +6,19 @@
 namespace copepod::body {
 namespace {
 
-TEST(BuoyantWeight, VanishesForABodyAsDenseAsTheFluid) {
-  EXPECT_EQ(buoyant_weight(6.0, 3.0, 2.0, {0, 0, -10}), Eigen::Vector3d::Zero());
+/// Of a bead in a fluid, per volume.
+Eigen::Vector3d weight_N(double density_kg_per_m3, double fluid_density_kg_per_m3, const Eigen::Vector3d& gravity) {
+  BodySetup setup = setup_of({bead("bead", {0, 0, 0})}, 1e-9);
+  setup.bodies[0].mass_kg = density_kg_per_m3 * volume_m3(setup.bodies[0].shape);
+  setup.gravity_m_per_s2 = gravity;
+  setup.fluid_density_kg_per_m3 = fluid_density_kg_per_m3;
+  return Weight(setup).force_N().col(0) / volume_m3(setup.bodies[0].shape);
 }
 
-TEST(BuoyantWeight, PointsUpForALighterBody) {
-  EXPECT_EQ(buoyant_weight(5.0, 3.0, 2.0, {0, 0, -10}), Eigen::Vector3d(0, 0, 10));
-}
-
-TEST(BuoyantWeight, IsGravityAloneInVacuum) {
-  EXPECT_EQ(buoyant_weight(5.0, 3.0, 0.0, {1, 2, -10}), Eigen::Vector3d(5, 10, -50));
+TEST(Weight, IsThatOfGravityLessBuoyancy) {
+  EXPECT_EQ(weight_N(2.0, 2.0, {0, 0, -10}), Eigen::Vector3d::Zero()) << "as dense as the fluid";
+  EXPECT_TRUE(weight_N(5.0, 6.0, {0, 0, -10}).isApprox(Eigen::Vector3d(0, 0, 10))) << "lighter: upwards";
+  EXPECT_TRUE(weight_N(5.0, 0.0, {1, 2, -10}).isApprox(Eigen::Vector3d(5, 10, -50))) << "in vacuum gravity alone";
 }
 
 TEST(Weight, IsAddedToTheBodiesOfABlock) {

@@ -68,7 +68,7 @@ TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   const CouplerState state = state_of(1000);
   store.prepare({{fluid_file, &fluid}, {body_file, &body}}, state);
   store.commit(state.step);
-  const CouplerState found = store.newest().state;
+  const CouplerState found = store.find().state;
   EXPECT_EQ(found.step, 1000);
   EXPECT_EQ(found.previous_loads.step, 999);
   EXPECT_EQ(found.previous_loads.force_N, state.previous_loads.force_N);
@@ -103,7 +103,7 @@ TEST_F(Store, KeepsTheNewestTwoAndNothingUnfinished) {
   EXPECT_TRUE(fs::exists(folder / "step_000003000" / "manifest.json"));
   EXPECT_TRUE(fs::exists(folder / "step_1000000000" / "fluid.h5"));
   EXPECT_FALSE(fs::exists(folder / "unfinished"));
-  EXPECT_EQ(store.newest().state.step, 1'000'000'000);
+  EXPECT_EQ(store.find().state.step, 1'000'000'000);
 }
 
 TEST_F(Store, CountsNoFileOfOthersAmongTheNewestTwo) {
@@ -117,11 +117,11 @@ TEST_F(Store, CountsNoFileOfOthersAmongTheNewestTwo) {
 TEST_F(Store, KeepsNoneOfALaterStepWhichTheRunCouldNotUse) {
   for (const std::int64_t step : {1000L, 2000L}) write(step);
   fs::resize_file(folder / "step_000002000" / "body.bin", 3);
-  EXPECT_EQ(store.newest().state.step, 1000);
+  EXPECT_EQ(store.find().state.step, 1000);
   write(1500);
   EXPECT_FALSE(fs::exists(folder / "step_000002000"));
   EXPECT_TRUE(fs::exists(folder / "step_000001000"));
-  EXPECT_EQ(store.newest().state.step, 1500);
+  EXPECT_EQ(store.find().state.step, 1500);
 }
 
 TEST_F(Store, LeavesOrRefusesFoldersWithFilesOfOthers) {
@@ -147,7 +147,7 @@ TEST_F(Store, IgnoresACheckpointThatWasNotFinished) {
   write(1000);
   write(2000);
   fs::rename(folder / "step_000002000", folder / "unfinished");
-  EXPECT_EQ(store.newest().state.step, 1000);
+  EXPECT_EQ(store.find().state.step, 1000);
 }
 
 TEST_F(Store, FindsEveryBitThatFlipsInAnyFile) {
@@ -161,13 +161,13 @@ TEST_F(Store, FindsEveryBitThatFlipsInAnyFile) {
       std::string bad = good;
       bad[byte] = static_cast<char>(bad[byte] ^ (1 << (byte % 8)));
       std::ofstream(newest / name, std::ios::binary) << bad;
-      const FoundCheckpoint found = store.newest();
+      const FoundCheckpoint found = store.find();
       EXPECT_EQ(found.state.step, 1000) << name << " byte " << byte;
       EXPECT_EQ(found.skipped.size(), 1U);
     }
     std::ofstream(newest / name, std::ios::binary) << good;
   }
-  EXPECT_EQ(store.newest().state.step, 2000);
+  EXPECT_EQ(store.find().state.step, 2000);
 }
 
 TEST_F(Store, NeverUsesADamagedManifestForSomethingElse) {
@@ -177,7 +177,7 @@ TEST_F(Store, NeverUsesADamagedManifestForSomethingElse) {
   const std::string good = content_of(manifest);
   for (std::size_t length = 0; length < good.size() - 1; length += 11) {
     std::ofstream(manifest, std::ios::binary) << good.substr(0, length);
-    EXPECT_EQ(store.newest().state.step, 1000) << length;
+    EXPECT_EQ(store.find().state.step, 1000) << length;
   }
 }
 
@@ -194,14 +194,14 @@ TEST_F(Store, NeedsTheRowsThatTheTablesOfTheRunHad) {
   write_with_table(1000);
   std::ofstream(table, std::ios::app) << "10,a\n";
   write_with_table(2000);
-  EXPECT_EQ(store.newest().state.step, 2000);
+  EXPECT_EQ(store.find().state.step, 2000);
   fs::resize_file(table, fs::file_size(table) - 1);
-  const FoundCheckpoint found = store.newest();
+  const FoundCheckpoint found = store.find();
   EXPECT_EQ(found.state.step, 1000);
   ASSERT_EQ(found.skipped.size(), 1U);
   EXPECT_NE(found.skipped[0].find("trajectory.csv lacks rows that it had"), std::string::npos) << found.skipped[0];
   fs::remove(table);
-  EXPECT_THROW(static_cast<void>(store.newest()), StorageError);
+  EXPECT_THROW(static_cast<void>(store.find()), StorageError);
 }
 
 TEST_F(Store, BelievesNoManifestThatLeavesAFileOutAndNoStateOfAnotherStep) {
@@ -211,12 +211,12 @@ TEST_F(Store, BelievesNoManifestThatLeavesAFileOutAndNoStateOfAnotherStep) {
   auto manifest = nlohmann::json::parse(content_of(newest / "manifest.json"));
   manifest["files"].erase(0);
   std::ofstream(newest / "manifest.json") << manifest;
-  EXPECT_EQ(store.newest().state.step, 1000);
+  EXPECT_EQ(store.find().state.step, 1000);
   fs::remove(newest / "manifest.json");
   fs::copy_file(folder / "step_000001000" / "coupler.json", newest / "coupler.json",
                 fs::copy_options::overwrite_existing);
   write_manifest(newest, "case one", 2000);
-  const FoundCheckpoint found = store.newest();
+  const FoundCheckpoint found = store.find();
   EXPECT_EQ(found.state.step, 1000);
   EXPECT_EQ(found.skipped.size(), 1U);
 }
@@ -225,16 +225,16 @@ TEST_F(Store, FindsATruncatedAndAMissingFile) {
   write(1000);
   write(2000);
   fs::resize_file(folder / "step_000002000" / "body.bin", 3);
-  EXPECT_EQ(store.newest().state.step, 1000);
+  EXPECT_EQ(store.find().state.step, 1000);
   fs::remove(folder / "step_000001000" / "fluid.h5");
-  EXPECT_THROW(static_cast<void>(store.newest()), StorageError);
+  EXPECT_THROW(static_cast<void>(store.find()), StorageError);
 }
 
 TEST_F(Store, RefusesTheCheckpointOfAnotherCase) {
   write(1000);
   const CheckpointStore other(folder, "case two");
   try {
-    (void)other.newest();
+    (void)other.find();
     FAIL() << "the checkpoint of another case was used";
   } catch (const StorageError& error) {
     EXPECT_NE(std::string(error.what()).find("belongs to another case"), std::string::npos);
@@ -242,7 +242,7 @@ TEST_F(Store, RefusesTheCheckpointOfAnotherCase) {
 }
 
 TEST_F(Store, SaysThatThereIsNothingToResume) {
-  EXPECT_THROW(static_cast<void>(store.newest()), StorageError);
+  EXPECT_THROW(static_cast<void>(store.find()), StorageError);
   EXPECT_EQ(store.newest_bytes(), 0U);
 }
 
@@ -256,9 +256,9 @@ TEST_F(Store, LeavesOlderOnesAloneWhenASolverCannotSave) {
     }
   } full;
   EXPECT_THROW(store.prepare({{fluid_file, &full}, {body_file, &body}}, state_of(2000)), StorageError);
-  EXPECT_EQ(store.newest().state.step, 1000);
+  EXPECT_EQ(store.find().state.step, 1000);
   write(3000);
-  EXPECT_EQ(store.newest().state.step, 3000);
+  EXPECT_EQ(store.find().state.step, 3000);
 }
 
 TEST_F(Store, ReportsAFolderThatCannotBeMade) {
