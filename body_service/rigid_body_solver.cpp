@@ -1,6 +1,5 @@
 #include "rigid_body_solver.hpp"
 
-#include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
 #include "geometry/contact_time.hpp"
@@ -188,7 +187,7 @@ void RigidBodySolver::interpolate_drive(const AppliedLoads& applied, double from
 }
 
 void RigidBodySolver::save(const std::string& path) {
-  write_state(path, {layout_digest_, step_}, state_, progress_reporter(context_), memory());
+  write_state(path, layout_digest_, step_, state_, progress_reporter(context_), memory());
 }
 
 void RigidBodySolver::restore(const std::string& path) {

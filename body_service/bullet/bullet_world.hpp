@@ -11,7 +11,6 @@ namespace copepod::body {
 /// Bullet keeps the contacts and the order of neighbours of former steps. Here every step starts from a fresh
 /// world made of the state alone, so that the next state is a function of state and loads: a restart gives
 /// the same bits.
-/// @param model  outlives the world
 /// @throws CaseError naming the body if a mesh is concave, or if a wall moves
 std::unique_ptr<EngineWorld> make_bullet_world(const BodySetup& setup, const BodyModel& model, double step_s);
 

@@ -12,7 +12,7 @@
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
-#include "geometry/rotation.hpp"
+#include "geometry/segment_distance.hpp"
 
 namespace copepod::body {
 

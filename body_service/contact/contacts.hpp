@@ -9,7 +9,6 @@
 #include "contact/contact_law.hpp"
 #include "contract/body_setup.hpp"
 #include "geometry/near_pairs.hpp"
-#include "geometry/segment_distance.hpp"
 #include "joints/joints.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"

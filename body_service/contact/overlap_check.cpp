@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cstdio>
-#include <string>
 
 #include "contract/errors.hpp"
 

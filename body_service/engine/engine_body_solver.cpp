@@ -79,7 +79,7 @@ void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
 }
 
 void EngineBodySolver::save(const std::string& path) {
-  write_state(path, {layout_digest_, state_.step}, as_motion_state(state_), progress_reporter(context_),
+  write_state(path, layout_digest_, state_.step, as_motion_state(state_), progress_reporter(context_),
               world_->memory());
 }
 

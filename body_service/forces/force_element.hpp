@@ -83,15 +83,12 @@ class Weight final : public ForceElement {
     }
   }
 
-  /// [N], world frame, shape (3, bodies)
-  [[nodiscard]] const BlockVectors& force_N() const { return force_N_; }
-
   void add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&) const override {
     force_N.leftCols(stage.block.bodies) += force_N_.middleCols(stage.block.first, stage.block.bodies);
   }
 
  private:
-  BlockVectors force_N_;
+  BlockVectors force_N_;  ///< world frame, shape (3, bodies)
 };
 
 }  // namespace copepod::body

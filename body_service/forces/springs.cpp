@@ -1,7 +1,9 @@
 #include "forces/springs.hpp"
 
+#include <algorithm>
 #include <array>
 #include <numbers>
+#include <set>
 
 #include <Eigen/Geometry>
 
@@ -15,8 +17,7 @@ namespace {
 
 void check(const SpringSpecification& spring, std::size_t index, int bodies) {
   const std::string name = "spring " + std::to_string(index);
-  const auto exists = [bodies](int body) { return body >= 0 && body < bodies; };
-  if (!exists(spring.body_A) || !exists(spring.body_B)) {
+  if (std::min(spring.body_A, spring.body_B) < 0 || std::max(spring.body_A, spring.body_B) >= bodies) {
     throw CaseError(name + " connects bodies " + std::to_string(spring.body_A) + " and " +
                     std::to_string(spring.body_B) + " (there are " + std::to_string(bodies) +
                     " bodies, counted from 0). Correct the indices.");
@@ -34,9 +35,8 @@ void check(const SpringSpecification& spring, std::size_t index, int bodies) {
 
 void check(const BendSpecification& bend, std::size_t index, int bodies) {
   const std::string name = "bend " + std::to_string(index);
-  const auto exists = [bodies](int body) { return body >= 0 && body < bodies; };
-  const bool three = bend.body_A != bend.body_B && bend.body_B != bend.body_C && bend.body_C != bend.body_A;
-  if (!three || !exists(bend.body_A) || !exists(bend.body_B) || !exists(bend.body_C)) {
+  const std::set three{bend.body_A, bend.body_B, bend.body_C};
+  if (three.size() < 3 || *three.begin() < 0 || *three.rbegin() >= bodies) {
     throw CaseError(name + " joins bodies " + std::to_string(bend.body_A) + ", " + std::to_string(bend.body_B) +
                     " and " + std::to_string(bend.body_C) + " (it needs three of the " + std::to_string(bodies) +
                     " bodies, counted from 0). Correct the indices.");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <string>
+#include <tuple>
 
 #include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
@@ -197,20 +198,11 @@ JointSide Joints::side(int body, Eigen::Index first, const State& state) const {
           model_.angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(column))};
 }
 
-Eigen::Vector3d Joints::per_mass(int body, const Eigen::Vector3d& force_N) const {
-  if (!moves(body)) return Eigen::Vector3d::Zero();
-  Eigen::Vector3d force = force_N;
-  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
-  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
-  return model_.inverse_mass_per_kg(body) * force;
-}
-
-Eigen::Vector3d Joints::per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const {
-  if (!moves(body)) return Eigen::Vector3d::Zero();
-  Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  Eigen::Vector3d torque = torque_N_m;
-  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
-  return model_.per_inertia(body, side.R_WB, torque);
+std::pair<Eigen::Vector3d, Eigen::Vector3d> Joints::answer(int body, const JointSide& side, Eigen::Vector3d force_N,
+                                                           Eigen::Vector3d torque_N_m) const {
+  if (!moves(body)) return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);
+  return {model_.inverse_mass_per_kg(body) * force_N, model_.per_inertia(body, side.R_WB, torque_N_m)};
 }
 
 template <class State>
@@ -226,9 +218,10 @@ void Joints::list_rows(const Island& island, Eigen::Index first, double at, cons
       work.rows[joint.first_row + joint.equations.rows()] = stop_row(joint, work.stops[i], work.sides[i]);
     for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row) {
       for (const int end : {0, 1}) {
-        const int body = joint.bodies[end];
-        work.response[row].linear[end] = per_mass(body, work.rows[row].linear[end]);
-        work.response[row].angular[end] = per_inertia(body, work.sides[i][end], work.rows[row].angular[end]);
+        const JointRow& of_row = work.rows[row];
+        JointRow& response = work.response[row];
+        std::tie(response.linear[end], response.angular[end]) =
+            answer(joint.bodies[end], work.sides[i][end], of_row.linear[end], of_row.angular[end]);
       }
     }
   }
@@ -333,9 +326,8 @@ void Joints::add_loads(const BodyBlock& block, const BlockState& state, double a
           const Eigen::Index column = body - block.first;
           const Eigen::Vector3d w = work.sides[i][end].angular_velocity_rad_per_s;
           const Eigen::Vector3d L = state.angular_momentum_N_m_s.col(column);
-          acceleration[end].velocity_m_per_s = per_mass(body, force_N.col(column));
-          acceleration[end].angular_velocity_rad_per_s =
-              per_inertia(body, work.sides[i][end], torque_N_m.col(column) - w.cross(L));
+          std::tie(acceleration[end].velocity_m_per_s, acceleration[end].angular_velocity_rad_per_s) =
+              answer(body, work.sides[i][end], force_N.col(column), torque_N_m.col(column) - w.cross(L));
         });
         for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)
           work.right_side[row] = -work.rows[row].curvature - rate(work.rows[row], acceleration[0], acceleration[1]);
@@ -457,8 +449,9 @@ double Joints::inverse_mass_taken_per_kg(const std::array<int, 2>& bodies, const
         for (const int end : {0, 1}) {
           for (const int of : {0, 1}) {
             if (bodies[of] < 0 || bodies[of] != joint.bodies[end]) continue;
-            pushed[end].velocity_m_per_s += per_mass(bodies[of], contact.linear[of]);
-            pushed[end].angular_velocity_rad_per_s += per_inertia(bodies[of], work.sides[i][end], contact.angular[of]);
+            const auto [v, w] = answer(bodies[of], work.sides[i][end], contact.linear[of], contact.angular[of]);
+            pushed[end].velocity_m_per_s += v;
+            pushed[end].angular_velocity_rad_per_s += w;
           }
         }
         for (int row = joint.first_row; row < joint.first_row + joint.rows(); ++row)

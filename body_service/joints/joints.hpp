@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -107,8 +108,10 @@ class Joints {
     for (const int end : {0, 1})
       if (moves(joint.bodies[end])) act(end, joint.bodies[end]);
   }
-  [[nodiscard]] Eigen::Vector3d per_mass(int body, const Eigen::Vector3d& force_N) const;
-  [[nodiscard]] Eigen::Vector3d per_inertia(int body, const JointSide& side, const Eigen::Vector3d& torque_N_m) const;
+  /// How loads accelerate a body, and its rotation, as its kind of motion allows.
+  [[nodiscard]] std::pair<Eigen::Vector3d, Eigen::Vector3d> answer(int body, const JointSide& side,
+                                                                   Eigen::Vector3d force_N,
+                                                                   Eigen::Vector3d torque_N_m) const;
   template <class State>
   void list_rows(const Island& island, Eigen::Index first, double at, const State& state, Work& work) const;
   void add_springs(const Island& island, Eigen::Index first, const Work& work, BlockVectors& force_N,

@@ -7,7 +7,6 @@
 #include <mujoco/mujoco.h>
 #include <span>
 
-#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include "contract/errors.hpp"

@@ -11,7 +11,6 @@ namespace copepod::body {
 ///
 /// MuJoCo carries nothing from step to step but the coordinates and velocities of its trees and the states of its
 /// actuators: its constraint solver starts afresh, so that a restart gives the same bits.
-/// @param model  outlives the world
 /// @throws CaseError if MuJoCo cannot represent the case
 std::unique_ptr<EngineWorld> make_mujoco_world(const BodySetup& setup, const BodyModel& model, double step_s);
 

@@ -74,10 +74,10 @@ std::uint64_t state_digest(std::int64_t step, const MotionState& state, const st
   return digest.value();
 }
 
-void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
+void write_state(const std::string& path, std::uint64_t layout_digest, std::int64_t step, const MotionState& state,
                  const std::function<void()>& on_piece, const std::vector<std::uint64_t>& memory) {
   const auto bodies = static_cast<std::size_t>(state.bodies());
-  Words words{magic, version, label.layout_digest, static_cast<std::uint64_t>(label.step), bodies, memory.size()};
+  Words words{magic, version, layout_digest, static_cast<std::uint64_t>(step), bodies, memory.size()};
   words.reserve(header_words + words_per_body * bodies + memory.size() + 1);
   const auto append = [&](const auto& numbers) {
     for (const double number : numbers.reshaped()) words.push_back(std::bit_cast<std::uint64_t>(number));

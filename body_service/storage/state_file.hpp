@@ -17,12 +17,6 @@ std::uint64_t layout_digest(const BodySetup& setup);
 /// @param memory  what else the solver carries from step to step
 std::uint64_t state_digest(std::int64_t step, const MotionState& state, const std::vector<std::uint64_t>& memory = {});
 
-/// What a saved state belongs to.
-struct StateLabel {
-  std::uint64_t layout_digest = 0;
-  std::int64_t step = 0;
-};
-
 /// Writes a state to a new file, complete and on the disk on return; an interrupted write leaves none.
 ///
 /// Layout, 64-bit little-endian words: magic "COPEBODY", version, case digest, step, bodies, length of the memory; then
@@ -31,7 +25,7 @@ struct StateLabel {
 /// @param on_piece  called after every piece, so that a slow disk is not mistaken for a process that hangs
 /// @param memory    what else the solver carries from step to step
 /// @throws StorageError
-void write_state(const std::string& path, const StateLabel& label, const MotionState& state,
+void write_state(const std::string& path, std::uint64_t layout_digest, std::int64_t step, const MotionState& state,
                  const std::function<void()>& on_piece = {}, const std::vector<std::uint64_t>& memory = {});
 
 /// Reads what `write_state` wrote, bit for bit.

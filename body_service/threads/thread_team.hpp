@@ -20,11 +20,8 @@ class ThreadTeam {
   /// @throws SolverError if they cannot be started
   explicit ThreadTeam(int threads);
 
-  /// The owner included.
-  [[nodiscard]] int threads() const { return static_cast<int>(others_.size()) + 1; }
-
   /// Calls `work(part, thread)` for every part in [0, parts) and returns when all are done.
-  /// @param work  must not depend on the order of the parts; `thread` in [0, threads()) is the number of the caller
+  /// @param work  must not depend on the order of the parts; `thread` in [0, threads) is the number of the caller
   /// @throws what the lowest part of those that throw does, as a loop over the parts would
   template <class Work>
   void share(std::int64_t parts, const Work& work) {

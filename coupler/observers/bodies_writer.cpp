@@ -141,11 +141,8 @@ void BodiesWriter::write_list() {
 
 std::string BodiesWriter::frame_text(const StepRecord& record) const {
   const Kinematics& state = record.kinematics;
-  std::vector<float> points;
-  std::vector<float> normals;
-  std::vector<std::int32_t> strips;
-  std::vector<std::int32_t> ends;
-  std::vector<std::int32_t> numbers;
+  std::vector<float> points, normals;
+  std::vector<std::int32_t> strips, ends, numbers;
   std::vector<char> names;
   for (std::size_t body = 0; body < surfaces_.size(); ++body) {
     const auto column = static_cast<Eigen::Index>(body);

@@ -81,7 +81,18 @@ class LatticeBoltzmann final : public FluidSolver {
   [[nodiscard]] FieldBlock fields() const;
   /// Starts every cell from `flow(cell)`, a LocalFlow.
   template <class Flow>
-  void initialise(const Flow& flow);
+  void initialise(const Flow& flow) {
+    const double relaxation_time = units_.relaxation_time(setup_.kinematic_viscosity_m2_per_s);
+    const Eigen::Vector3d force = units_.body_force_lu(setup_.body_force_N_per_m3);
+    for_each_cell(layout_.block(), [&](const Cell& cell) {
+      LocalFlow local = flow(cell);
+      local.force = force;
+      for (int alpha = 0; alpha < d3q19::directions; ++alpha)
+        populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
+            static_cast<T>(starting_deviation(alpha, local, relaxation_time));
+    });
+    links_.forget_populations();
+  }
 
  private:
   void map_bodies(const Kinematics& kinematics);
@@ -154,20 +165,5 @@ std::unique_ptr<FluidSolver> make_lattice_boltzmann(const FluidSetup& setup, Com
 /// docs/results/memory.md compares it with measurements; bodies and checkpoints add less than their error.
 /// @throws CaseError for a domain that cannot be computed, or cannot be cut into so many blocks
 std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks);
-
-template <class T>
-template <class Flow>
-void LatticeBoltzmann<T>::initialise(const Flow& flow) {
-  const double relaxation_time = units_.relaxation_time(setup_.kinematic_viscosity_m2_per_s);
-  const Eigen::Vector3d force = units_.body_force_lu(setup_.body_force_N_per_m3);
-  for_each_cell(layout_.block(), [&](const Cell& cell) {
-    LocalFlow local = flow(cell);
-    local.force = force;
-    for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
-          static_cast<T>(starting_deviation(alpha, local, relaxation_time));
-  });
-  links_.forget_populations();
-}
 
 }  // namespace copepod::fluid

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <ctime>
 #include <functional>
-#include <sched.h>
 #include <span>
+#include <thread>
 #include <vector>
 
 #include "contract/errors.hpp"
@@ -98,21 +98,17 @@ class Backoff {
 
   void pause() const {
     const double sleep_s = pause_s(waited_s());
-    const timespec duration{0, static_cast<long>(sleep_s * 1e9)};
-    if (sleep_s > 0.0) {
-      nanosleep(&duration, nullptr);
-    } else {
-      sched_yield();
-    }
+    if (sleep_s > 0.0)
+      std::this_thread::sleep_for(std::chrono::duration<double>(sleep_s));
+    else
+      std::this_thread::yield();
   }
 
   [[nodiscard]] double waited_s() const { return now_s() - start_s_; }
 
  private:
   static double now_s() {
-    timespec now{};
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   }
 
   double start_s_;

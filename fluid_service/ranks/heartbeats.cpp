@@ -2,7 +2,9 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <iostream>
+#include <mutex>
 #include <new>
 
 #include "contract/errors.hpp"
@@ -41,22 +43,12 @@ HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks, const SolverContext& context) : c
   MPI_Barrier(machine);  // all entries are initialised before rank 0 reads them
   if (rank == 0) find_others(machine, ranks);
   MPI_Comm_free(&machine);
-  if (rank != 0) thread_ = std::thread([this] { beat(); });
+  if (rank != 0) thread_ = std::jthread([this](const std::stop_token& stop) { beat(stop); });
 }
 
 void HeartbeatBoard::free() {
-  stop_beating();
+  thread_ = {};
   MPI_Win_free(&window_);
-}
-
-void HeartbeatBoard::stop_beating() {
-  if (!thread_.joinable()) return;
-  {
-    const std::lock_guard lock(mutex_);
-    leaving_ = true;
-  }
-  leave_.notify_all();
-  thread_.join();
 }
 
 void HeartbeatBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
@@ -79,13 +71,15 @@ void HeartbeatBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
   MPI_Group_free(&all_group);
 }
 
-void HeartbeatBoard::beat() {
+void HeartbeatBoard::beat(const std::stop_token& stop) {
   block_signals();
-  std::unique_lock lock(mutex_);
-  while (!leaving_) {
+  std::mutex mutex;
+  std::condition_variable_any stopped;
+  std::unique_lock lock(mutex);
+  while (!stop.stop_requested()) {
     own_->progress.store(context_.progress(), std::memory_order_relaxed);
     own_->beats.fetch_add(1, std::memory_order_relaxed);
-    leave_.wait_for(lock, beat_every);
+    stopped.wait_for(lock, stop, beat_every, [] { return false; });
   }
 }
 

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
-#include <mutex>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -73,10 +72,9 @@ class HeartbeatBoard {
   /// cover rank 0.
   /// @param context  whose progress the thread shows; outlives this object
   HeartbeatBoard(MPI_Comm ranks, const SolverContext& context);
-  /// Ends the thread; leaves the memory to the end of the process unless `free` was called.
-  ~HeartbeatBoard() { stop_beating(); }
 
-  /// Collective: gives the memory back; the last call.
+  /// Collective: ends the thread and gives the memory back, which is there to the end of the process otherwise; the
+  /// last call.
   void free();
 
   /// This rank's solver waits for others, or does so no longer.
@@ -88,18 +86,14 @@ class HeartbeatBoard {
  private:
   struct Place;
   void find_others(MPI_Comm machine, MPI_Comm ranks);
-  void beat();
-  void stop_beating();
+  void beat(const std::stop_token& stop);
 
   const SolverContext& context_;
   MPI_Win window_ = MPI_WIN_NULL;
   Place* own_ = nullptr;
   std::vector<const Place*> others_;
   std::vector<Heartbeat> readings_;  ///< of `others_`
-  std::mutex mutex_;
-  std::condition_variable leave_;
-  bool leaving_ = false;
-  std::thread thread_;
+  std::jthread thread_;              ///< last: it ends before what it uses
 };
 
 }  // namespace copepod::fluid

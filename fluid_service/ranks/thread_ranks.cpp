@@ -7,7 +7,6 @@
 #include <condition_variable>
 #include <deque>
 #include <mutex>
-#include <sched.h>
 #include <system_error>
 #include <thread>
 
@@ -127,7 +126,6 @@ class ThreadRanks::Team {
   static constexpr int purposes = static_cast<int>(Purpose::single) + 1;
 
   Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow);
-  ~Team() { join(); }
 
   [[nodiscard]] int size() const { return static_cast<int>(ranks_.size()); }
   [[nodiscard]] Rank& rank(int rank) { return ranks_[static_cast<std::size_t>(rank)]; }
@@ -144,15 +142,13 @@ class ThreadRanks::Team {
   }
 
  private:
-  void join();
-
   std::deque<SolverContext> contexts_;  ///< of all ranks but 0
   std::deque<Rank> ranks_;
   std::deque<Channel> channels_;
   std::mutex mutex_;
   FailureReport failure_;
   std::atomic<bool> failed_{false};
-  std::vector<std::thread> threads_;
+  std::vector<std::jthread> threads_;  ///< last: they end before what they use
 };
 
 ThreadRanks::Posting::~Posting() {
@@ -217,7 +213,7 @@ void ThreadRanks::Channel::withdraw(Posting& posting) {
   }
   while (posting.is_open()) {  // the other rank copies, unless this one does
     posting.deliver();
-    sched_yield();
+    std::this_thread::yield();
   }
 }
 
@@ -247,7 +243,7 @@ void ThreadRanks::Rank::wait_for(Posting& posting) {
       throw Error(static_cast<ExitCode>(code),
                   "stopped while waiting for another rank (the run was ended). See the coupler's log.", rank_);
     if (waiting.waited_s() < spin_s) {
-      sched_yield();
+      std::this_thread::yield();
       continue;
     }
     std::unique_lock lock(mutex_);
@@ -348,15 +344,9 @@ ThreadRanks::Team::Team(int size, SolverContext& leader, const std::function<voi
   } catch (const std::system_error& error) {
     const ComponentLost loss("the ranks cannot be started (" + std::to_string(size) + " threads: " + error.what() +
                              "). Use fewer ranks.");
-    fail(failure_of_rank(loss, 0, -1));
-    join();
+    fail(failure_of_rank(loss, 0, -1));  // lets those that are there end
     throw ComponentLost(loss);
   }
-}
-
-void ThreadRanks::Team::join() {
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
 }
 
 void ThreadRanks::Team::fail(const FailureReport& report) {

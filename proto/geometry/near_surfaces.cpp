@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/rotation.hpp"
-
 namespace copepod {
 namespace {
 

@@ -78,27 +78,17 @@ Signal delayed(Signal signal, double phase_deg) {
   return signal;
 }
 
-/// @param spring  whose rest length it varies; −1: none
-/// @param path    that it comes from
-void add_drive(ActuatorSpecification actuator, Signal signal, int spring, const std::string& path,
-               const std::string& signal_path, Assembly& assembly) {
-  assembly.drive.push_back({std::move(actuator), std::move(signal)});
-  assembly.drive_springs.push_back(spring);
-  assembly.drive_paths.push_back(path);
-  assembly.signal_paths.push_back(signal_path);
-}
-
 /// A pair force along spring number `index`; one that stands for the spring's rest length L₀ + s has k s.
-void add_drive_along(std::size_t index, Signal signal, bool rest_length, const std::string& path,
-                     const std::string& signal_path, Assembly& assembly) {
+void add_drive_along(std::size_t index, Signal signal, bool rest_length, Assembly& assembly) {
   const SpringSpecification& spring = assembly.springs[index];
-  ActuatorSpecification actuator;
-  actuator.body_A = spring.body_A;
-  actuator.body_B = spring.body_B;
-  actuator.anchor_A_m = spring.anchor_A_m;
-  actuator.anchor_B_m = spring.anchor_B_m;
-  if (rest_length) signal.amplitude *= spring.stiffness_N_per_m;
-  add_drive(actuator, std::move(signal), rest_length ? static_cast<int>(index) : -1, path, signal_path, assembly);
+  DrivenActuator& driven = assembly.drive.emplace_back();
+  driven.actuator.body_A = spring.body_A;
+  driven.actuator.body_B = spring.body_B;
+  driven.actuator.anchor_A_m = spring.anchor_A_m;
+  driven.actuator.anchor_B_m = spring.anchor_B_m;
+  driven.signal = std::move(signal);
+  if (rest_length) driven.signal.amplitude *= spring.stiffness_N_per_m;
+  assembly.drive_springs.push_back(rest_length ? static_cast<int>(index) : -1);
 }
 
 void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string& path, Assembly& assembly) {
@@ -110,8 +100,9 @@ void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string&
     assembly.spring_paths.push_back(swimmer.three_beads ? path + ".spring" : arm_path);
     if (!arm.drive) continue;
     add_drive_along(assembly.springs.size() - 1, delayed(arm.drive->signal, swimmer.phase_deg),
-                    arm.drive->kind == DriveKind::rest_length, swimmer.three_beads ? path + ".stroke" : arm_path,
-                    swimmer.three_beads ? path + ".stroke" : arm_path + ".drive.signal", assembly);
+                    arm.drive->kind == DriveKind::rest_length, assembly);
+    assembly.drive_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path);
+    assembly.signal_paths.push_back(swimmer.three_beads ? path + ".stroke" : arm_path + ".drive.signal");
   }
   for (std::size_t i = 0; i < swimmer.bends.size(); ++i) {
     BendSpecification& bend = assembly.bends.emplace_back(swimmer.bends[i]);
@@ -182,10 +173,15 @@ void add_case_joints(const Case& the_case, const BodyNumbers& numbers, Assembly&
     const NamedJoint& named = the_case.joints[i];
     const JointSpecification& joint = assembly.joints.emplace_back(joint_of(named, numbers, assembly));
     if (!named.signal) continue;
-    ActuatorSpecification actuator{.kind = ActuatorKind::joint_motion, .body_A = joint.body_A, .body_B = joint.body_B};
-    actuator.joint = static_cast<int>(i);
-    const std::string path = "joints." + std::to_string(i);
-    add_drive(actuator, *named.signal, -1, path, path + ".signal", assembly);
+    DrivenActuator& driven = assembly.drive.emplace_back();
+    driven.actuator.kind = ActuatorKind::joint_motion;
+    driven.actuator.body_A = joint.body_A;
+    driven.actuator.body_B = joint.body_B;
+    driven.actuator.joint = static_cast<int>(i);
+    driven.signal = *named.signal;
+    assembly.drive_springs.push_back(-1);
+    assembly.drive_paths.push_back("joints." + std::to_string(i));
+    assembly.signal_paths.push_back(assembly.drive_paths.back() + ".signal");
   }
 }
 
@@ -197,16 +193,17 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
     const NamedActuator& named = the_case.actuators[i];
     const int body_A = named.bodies.empty() ? 0 : number_of(numbers, named.bodies[0]);
     const int body_B = named.bodies.size() > 1 ? number_of(numbers, named.bodies[1]) : -1;
-    const std::string path = "actuators." + std::to_string(i);
     const auto spring = named.rest_length ? springs.find(std::minmax(body_A, body_B)) : springs.end();
     if (spring != springs.end()) {
-      add_drive_along(spring->second, named.signal, true, path, path + ".signal", assembly);
+      add_drive_along(spring->second, named.signal, true, assembly);
     } else {
-      ActuatorSpecification actuator = named;
-      actuator.body_A = body_A;
-      actuator.body_B = body_B;
-      add_drive(actuator, named.signal, -1, path, path + ".signal", assembly);
+      assembly.drive.push_back({static_cast<const ActuatorSpecification&>(named), named.signal});
+      assembly.drive.back().actuator.body_A = body_A;
+      assembly.drive.back().actuator.body_B = body_B;
+      assembly.drive_springs.push_back(-1);
     }
+    assembly.drive_paths.push_back("actuators." + std::to_string(i));
+    assembly.signal_paths.push_back(assembly.drive_paths.back() + ".signal");
   }
 }
 

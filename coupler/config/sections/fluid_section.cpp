@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <numbers>
 
 #include <nlohmann/json.hpp>

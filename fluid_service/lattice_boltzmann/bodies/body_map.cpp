@@ -50,12 +50,6 @@ void BodyMap::Footprint::set_rows(const std::vector<RowCrossing>& crossings) {
   starts.push_back(static_cast<std::uint32_t>(rows.size()));
 }
 
-bool BodyMap::update() {
-  std::vector<std::int32_t> all(bodies_.size());
-  std::iota(all.begin(), all.end(), 0);
-  return update(all);
-}
-
 bool BodyMap::update(std::span<const std::int32_t> bodies) {
   uncovered_.clear();
   covered_.clear();

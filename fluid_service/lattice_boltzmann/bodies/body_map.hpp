@@ -50,7 +50,6 @@ class BodyMap {
   /// @throws SolverError if a centre left the domain through a face that is not periodic, a moving body runs into one,
   /// or a body meets an obstacle: has a cell in common with it. Bodies at rest may intersect a wall from the start.
   bool update(std::span<const std::int32_t> bodies);
-  bool update();  ///< maps all bodies
   /// Turns fresh cells into fluid ones.
   void accept_fresh_cells();
 

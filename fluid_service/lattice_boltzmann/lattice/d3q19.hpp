@@ -13,25 +13,11 @@ inline constexpr int directions = 19;
 
 using Direction = std::array<int, 3>;
 
-inline constexpr std::array<Direction, directions> e = {{{0, 0, 0},
-                                                         {1, 0, 0},
-                                                         {-1, 0, 0},
-                                                         {0, 1, 0},
-                                                         {0, -1, 0},
-                                                         {0, 0, 1},
-                                                         {0, 0, -1},
-                                                         {1, 1, 0},
-                                                         {-1, -1, 0},
-                                                         {1, -1, 0},
-                                                         {-1, 1, 0},
-                                                         {1, 0, 1},
-                                                         {-1, 0, -1},
-                                                         {1, 0, -1},
-                                                         {-1, 0, 1},
-                                                         {0, 1, 1},
-                                                         {0, -1, -1},
-                                                         {0, 1, -1},
-                                                         {0, -1, 1}}};
+inline constexpr std::array<Direction, directions> e = {Direction{0, 0, 0}, {1, 0, 0},   {-1, 0, 0}, {0, 1, 0},
+                                                        {0, -1, 0},         {0, 0, 1},   {0, 0, -1},              //
+                                                        {1, 1, 0},          {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0},  //
+                                                        {1, 0, 1},          {-1, 0, -1}, {1, 0, -1}, {-1, 0, 1},  //
+                                                        {0, 1, 1},          {0, -1, -1}, {0, 1, -1}, {0, -1, 1}};
 
 /// The same as floating-point numbers, for products.
 inline constexpr auto velocity = [] {

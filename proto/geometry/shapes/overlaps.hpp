@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 
 #include "geometry/periodic_images.hpp"
-#include "geometry/segment_distance.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod {

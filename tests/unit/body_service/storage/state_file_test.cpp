@@ -85,7 +85,7 @@ class StateFile : public testing::Test {
   StateFile& operator=(const StateFile&) = delete;
 
   [[nodiscard]] std::string path() const { return (folder_ / "body.state").string(); }
-  void write() const { write_state(path(), {layout_digest, 42}, state_); }
+  void write() const { write_state(path(), layout_digest, 42, state_); }
   [[nodiscard]] std::string refusal(std::uint64_t digest = layout_digest) const {
     MotionState state = state_;
     return reason_of<StorageError>([&] { read_state(path(), digest, state); });
@@ -114,7 +114,7 @@ TEST_F(StateFile, ShowsProgressWithEveryMegabyte) {
   state_.orientation_wxyz.setRandom();
   int signs = 0;
   const auto count = [&signs] { ++signs; };
-  write_state(path(), {layout_digest, 42}, state_, count);
+  write_state(path(), layout_digest, 42, state_, count);
   EXPECT_GE(signs, 3);
   signs = 0;
   EXPECT_EQ(read_state(path(), layout_digest, state_, count), 42);
@@ -184,10 +184,8 @@ TEST_F(StateFile, RefusesAForeignFile) {
 
 TEST_F(StateFile, ReportsAFolderThatDoesNotExist) {
   const std::string nowhere = (folder_ / "nowhere" / "body.state").string();
-  EXPECT_TRUE(contains(reason_of<StorageError>([&] {
-                         write_state(nowhere, {layout_digest, 0}, state_);
-                       }),
-                       "cannot be written"));
+  EXPECT_TRUE(
+      contains(reason_of<StorageError>([&] { write_state(nowhere, layout_digest, 0, state_); }), "cannot be written"));
 }
 
 TEST_F(StateFile, ReportsAFullDisk) {

@@ -17,7 +17,7 @@ TEST(ThreadTeam, DoesEveryPartOfALoopOnce) {
       std::vector<int> done(static_cast<std::size_t>(parts));
       for (int loop = 0; loop < 20; ++loop) {
         team.share(parts, [&](std::int64_t part, int thread) {
-          EXPECT_TRUE(thread >= 0 && thread < team.threads());
+          EXPECT_TRUE(thread >= 0 && thread < threads);
           ++done[static_cast<std::size_t>(part)];
         });
       }

@@ -54,7 +54,7 @@ class RandomPlaces {
 bool touches(const LatticeBody& body, const Domain& domain, const Box& block) {
   const PopulationLayout layout(block, sizeof(double));
   BodyMap map(domain, layout, {body});
-  return map.update();
+  return map.update(std::vector<std::int32_t>{0});
 }
 
 /// Cells between the box around the body's bounding ball and the block, along the axis where it is furthest.
