@@ -243,8 +243,7 @@ class BulletWorld final : public EngineWorld {
   }
 
   /// With `contact` in the case the solver acts once surfaces overlap, changes velocities by the restitution only, and
-  /// moves bodies apart without a velocity; what lies does not rebound from the velocity that its weight gives in a
-  /// step.
+  /// moves bodies apart without a velocity; what lies does not rebound from what its weight gains in a step.
   void configure(btDiscreteDynamicsWorld& world, const Loads& loads) const {
     world.setGravity({0, 0, 0});  // weight comes with the other forces
     auto& info = world.getSolverInfo();

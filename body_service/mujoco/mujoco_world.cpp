@@ -160,8 +160,8 @@ class MujocoWorld final : public EngineWorld {
     }
   }
 
-  /// Velocities of the trees that have the momenta of the bodies, M q̇ = Σ Jᵀ (m v, I ω): those of the bodies themselves
-  /// where the joints allow them.
+  /// Velocities of the trees that have the momenta of the bodies, M q̇ = Σ Jᵀ (m v, I ω): those of the bodies
+  /// themselves where the joints allow them.
   void set_initial_velocities(const BodyModel& model) {
     const Kinematics start = initial_kinematics(model);
     std::vector<mjtNum> momenta(static_cast<std::size_t>(mujoco_->nv), 0.0);

@@ -57,8 +57,8 @@ class CheckpointStore {
   /// @throws StorageError; older checkpoints stay as they are
   void commit(std::int64_t step);
 
-  /// The newest checkpoint that is complete, undamaged and of this case, or the one before `step`. Takes long for large
-  /// ones.
+  /// The newest checkpoint that is complete, undamaged and of this case, or the one before `step`. Large ones take
+  /// long.
   /// @throws StorageError if there is none
   [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> step = {}) const;
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }

@@ -27,9 +27,8 @@ std::string start_of_npy_head(const std::string& type) {
 
 }  // namespace
 
-TableFile::TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head,
-                     std::function<std::string(std::uint64_t bytes)> make_head)
-    : path_(std::move(path)), head_(head), make_head_(std::move(make_head)) {
+TableFile::TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head)
+    : path_(std::move(path)), head_(head) {
   if (end) {
     if (const std::string damage = find_damage(path_, *end); !damage.empty())
       throw StorageError(damage + " (the run cannot continue it). Restore the file, or start a new run.");
@@ -82,17 +81,18 @@ void TableFile::fail(const std::string& remedy) const {
 
 NpyFile::NpyFile(const std::string& path, const std::string& type, std::uint64_t sample_bytes,
                  const std::optional<TableEnd>& end)
-    : TableFile(path, end, head_bytes, [type, sample_bytes](std::uint64_t bytes) {
-        std::string head = start_of_npy_head(type) + std::to_string(bytes / sample_bytes) + ",), }";
-        head.resize(head_bytes - 1, ' ');
-        return head + '\n';
-      }) {
+    : TableFile(path, end, head_bytes) {
   const std::string start = start_of_npy_head(type);
   std::string found(start.size(), '\0');
   if (end && (!std::ifstream(path, std::ios::binary).read(found.data(), static_cast<std::streamsize>(found.size())) ||
               found != start))
     throw StorageError(path +
                        " is of other bodies (the run cannot continue it). Restore the file, or start a new run.");
+  make_head_ = [start, sample_bytes](std::uint64_t bytes) {
+    std::string head = start + std::to_string(bytes / sample_bytes) + ",), }";
+    head.resize(head_bytes - 1, ' ');
+    return head + '\n';
+  };
   flush();
 }
 

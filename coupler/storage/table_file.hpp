@@ -44,15 +44,16 @@ class TableFile {
  protected:
   /// @param end   where to continue the file, without what a run that was interrupted wrote behind it; absent: a new
   ///              one is started
-  /// @param head  bytes before the rows; `make_head` gives them for so many bytes of rows, once these are written
+  /// @param head  bytes before the rows
   /// @throws StorageError if the file cannot be written, or is not what it was up to `end`
-  TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head = 0,
-            std::function<std::string(std::uint64_t bytes)> make_head = {});
+  TableFile(std::string path, const std::optional<TableEnd>& end, std::uint64_t head = 0);
   /// Adds bytes to a row.
   void append(std::string_view bytes) { buffer_ += bytes; }
   /// The row is whole: it reaches the file at the latest with the first one a second later.
   /// @throws StorageError as `flush`
   void end_row();
+
+  std::function<std::string(std::uint64_t bytes)> make_head_;  ///< for so many bytes of rows, once these are written
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -61,7 +62,6 @@ class TableFile {
 
   std::string path_;
   std::uint64_t head_;
-  std::function<std::string(std::uint64_t bytes)> make_head_;
   int file_ = -1;
   std::uint64_t bytes_ = 0;  ///< as in TableEnd
   Checksum checksum_;        ///< of them

@@ -165,7 +165,9 @@ TEST(Samples, AreNotContinuedWithoutThoseThatTheFileHad) {
   EXPECT_EQ(changed_at(NpyFile::head_bytes + end.bytes - 1), path + " has changed");
   EXPECT_THROW(write_samples(path, 150, 0, 151, end), StorageError);
   EXPECT_EQ(changed_at(NpyFile::head_bytes - 1), "");
+  const std::string before = content_of(path);
   EXPECT_THROW(write_samples(path, 150, 0, 151, end, "3"), StorageError) << "of other bodies";
+  EXPECT_EQ(content_of(path).substr(0, NpyFile::head_bytes), before.substr(0, NpyFile::head_bytes));
   for (const std::string& left : {kept.substr(0, kept.size() / 2), std::string("step,body\n"), std::string()}) {
     std::ofstream(path, std::ios::binary) << left;
     EXPECT_EQ(find_damage(path, end), path + " lacks rows that it had");
