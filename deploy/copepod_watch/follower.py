@@ -12,16 +12,17 @@ import numpy as np
 from markupsafe import Markup
 
 from copepod_report.cycles import read_cycles
-from copepod_report.page import HTML
+from copepod_report.page import HTML, templates
 from copepod_report.run_record import RunResult, Sweep, members_of
 from copepod_report.run_status import RunStatus, state_of, status_of
 from copepod_report.scene import Samples, most_frames, scene_of
 from copepod_report.sweeps import axes_of
 from copepod_report.trajectory import GrowingTrajectory, chosen_samples
-from copepod_run.figures import MOST_TABLES, number_text
+from copepod_run.figures import MOST_TABLES, number_text, quantity_text
 from copepod_run.progress import figures
 from copepod_run.run_directory import read_object
 
+LIVE = templates(Path(__file__).with_name("live.html"))
 _SHOWN = slice(0, 11)  # of the columns: time, position, orientation, velocity
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 _HEADS = ("run", "state", "progress", "speed in last cycle [µm/s]")
@@ -98,16 +99,19 @@ class RunFollower:
             "scene": scene,
         }
 
-    def _speeds(self) -> list[dict[str, Any]]:
-        """Velocity along and across the own axis [m/s] by cycle, of each swimmer, or the mean of a swarm."""
-        keys = ("along_m_per_s", "across_m_per_s")
+    def _speeds(self) -> str:
+        """HTML of the velocity along and across the own axis of each swimmer, or of the mean of a swarm."""
         cycles = read_cycles(self.directory / "cycles.csv")
-        speeds = {name: [values[f"u_{key}"] for key in keys] for name, values in cycles.items()}
+        speeds = {name: [values[f"u_{way}_m_per_s"] for way in ("along", "across")] for name, values in cycles.items()}
         if len(speeds) > MOST_TABLES:
             count = min(len(along) for along, _ in speeds.values())
             mean = np.mean([[values[:count] for values in both] for both in speeds.values()], axis=0)
             speeds = {f"mean of {len(speeds)}": list(mean)} if count else {}
-        return [{"name": name, **dict(zip(keys, map(np.ndarray.tolist, both)))} for name, both in speeds.items()]
+        rows = [
+            (name, *(quantity_text(values[-1], "m/s") for values in both), both[0].tolist())
+            for name, both in speeds.items()
+        ]
+        return str(LIVE.speeds(rows))
 
 
 def runs_in(directory: Path) -> dict[str, Path]:

@@ -37,7 +37,7 @@
 
   /** What shows the state of a run. */
   function ofRun(find) {
-    const { element, openView, withUnit } = window.copepod;
+    const { openView } = window.copepod;
     let view = null;
     let reported = false;
 
@@ -48,36 +48,6 @@
       bar.setAttribute("aria-label", `step ${step} of ${steps}`);
       find(".pace").textContent = [`step ${step} of ${steps}`, ...figures].join(", ");
       entitle(`${steps ? Math.floor((100 * step) / steps) : 0} % ${state}`);
-    }
-
-    /** A line of the values, with as many places as the widest run has. */
-    function sparkline(values) {
-      const [width, height] = [160, 28];
-      const [low, high] = [Math.min(0, ...values), Math.max(0, ...values)];
-      const x = (place) => 3 + (place * (width - 6)) / Math.max(1, values.length - 1);
-      const y = (value) => height - 3 - ((value - low) / (high - low || 1)) * (height - 6);
-      const points = values.map((value, place) => `${x(place).toFixed(1)},${y(value).toFixed(1)}`).join(" ");
-      const last = values.length - 1;
-      return parsed(
-        `<svg width="${width}" height="${height}" role="img" aria-label="by cycle">` +
-          `<line x1="0" x2="${width}" y1="${y(0)}" y2="${y(0)}" stroke="var(--line)"/>` +
-          `<polyline points="${points}" fill="none" stroke="var(--mark)" stroke-width="1.5"/>` +
-          `<circle cx="${x(last)}" cy="${y(values[last])}" r="3" fill="var(--mark)"/></svg>`
-      ).firstChild;
-    }
-
-    function showSpeeds(speeds) {
-      const place = find(".speeds");
-      const rows = speeds.filter(({ along_m_per_s: along }) => along.length);
-      if (!rows.length) return place.replaceChildren();
-      const heads = ["swimmer", "cycles", "along the own axis", "across it", "by cycle"];
-      const line = (cell, texts) => element("tr", {}, ...texts.map((text) => element(cell, {}, text)));
-      const body = rows.map(({ name, along_m_per_s: along, across_m_per_s: across }) => {
-        const last = [along, across].map((speeds) => withUnit(speeds[along.length - 1], "m/s"));
-        return line("td", [name, along.length, ...last, sparkline(along)]);
-      });
-      const table = element("table", {}, element("thead", {}, line("th", heads)), element("tbody", {}, ...body));
-      place.replaceChildren(element("h3", {}, "Speeds in the last cycle"), element("div", { class: "scroll" }, table));
     }
 
     async function showScene(scene) {
@@ -98,7 +68,7 @@
 
     return async (content) => {
       showProgress(content);
-      showSpeeds(content.speeds);
+      find(".speeds").replaceChildren(...parsed(content.speeds).childNodes);
       if (content.scene) await showScene(content.scene);
       const hasEnded = content.state !== "running";
       reported = hasEnded && (reported || (await showReport()));

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
-from copepod_report.page import Canvas, page, templates
+from copepod_report.page import Canvas, page
 from copepod_report.report import opening_figures, page_of
 from copepod_report.run_record import DAMAGE
 from copepod_report.run_status import state_of
@@ -22,12 +22,11 @@ from copepod_report.view import scripts
 from copepod_run.errors import BadCase, Stop
 from copepod_run.messages import say
 from copepod_run.plan import plan_of
-from copepod_watch.follower import CampaignFollower, RunFollower, runs_in
+from copepod_watch.follower import LIVE, CampaignFollower, RunFollower, runs_in
 
 _LOOPBACK = "127.0.0.1"
 _OUR_NAMES = (_LOOPBACK, "localhost")  # another name that leads here is that of a page elsewhere (DNS rebinding)
 _SCRIPT = f"<script>{Path(__file__).with_name('live.js').read_text()}</script>"
-_HTML = templates(Path(__file__).with_name("live.html"))
 _HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -90,7 +89,7 @@ class WatchServer(ThreadingHTTPServer):
         with self._lock:
             runs = runs_in(self.directory)
             if path == "" and "" not in runs:
-                section = _HTML.runs(self.directory, self._campaign.content())
+                section = LIVE.runs(self.directory, self._campaign.content())
                 return "text/html", page(f"Copepod: {self.directory.resolve().name}", [section, _SCRIPT])
             if path == "state" and "" not in runs:
                 return "application/json", json.dumps(self._campaign.content(known))
@@ -101,7 +100,7 @@ class WatchServer(ThreadingHTTPServer):
                 return "application/json", json.dumps(follower.content(known))
             if last == "report":
                 return "text/html", page_of(follower.directory, lambda _: follower.case)
-            section = _HTML.live(follower.directory, self.root if name else "")
+            section = LIVE.live(follower.directory, self.root if name else "")
             return "text/html", page(f"Copepod: {follower.name}", [section, scripts(), _SCRIPT])
 
     def follower(self, name: str) -> RunFollower:

@@ -95,6 +95,11 @@ class WatchTest(CommandTest):
         self.assertEqual(status, 200, text)
         return json.loads(text)
 
+    def cells(self, table):
+        """The texts of the cells of every row below the head, without their elements."""
+        rows = re.findall("<tr>(.*?)</tr>", table, re.DOTALL)[1:]
+        return [[re.sub("<[^>]*>", "", cell) for cell in re.findall("<td>(.*?)</td>", row, re.DOTALL)] for row in rows]
+
 
 class Server(WatchTest):
     def test_progress_motion_and_speeds_appear_while_the_run_writes(self):
@@ -105,12 +110,12 @@ class Server(WatchTest):
         self.assertEqual((first["state"], first["step"], first["steps"]), ("running", 20, 2000))
         self.assertEqual(first["figures"][0], "0:07 left")
         self.assertEqual(first["scene"]["motion"]["steps"], [0, 20])
-        self.assertEqual(first["speeds"], [])
+        self.assertEqual(first["speeds"], "")
 
         run.write_until(900, half_a_row=True)
         second = self.state(address, f"/state?have={first['version']}")
         self.assertEqual(second["scene"]["motion"]["steps"][-1], 900)
-        self.assertEqual(len(second["speeds"][0]["along_m_per_s"]), 2)
+        self.assertEqual(self.cells(second["speeds"])[0][1], "2")
         self.assertIsNone(self.state(address, f"/state?have={second['version']}")["scene"])
 
         run.finish()
@@ -165,7 +170,8 @@ class Server(WatchTest):
         table = "\n".join(["swimmer,cycle,u_along_m_per_s,u_across_m_per_s", *rows]) + "\n"
         (self.folder / "cycles.csv").write_text(table)
         speeds = RunFollower(self.folder, {}, 0).content()["speeds"]
-        self.assertEqual(speeds, [{"name": "mean of 7", "along_m_per_s": [3, 4], "across_m_per_s": [1, 1]}])
+        self.assertEqual(self.cells(speeds), [["mean of 7", "2", "4 m/s", "1 m/s", ""]])
+        self.assertIn('points="3.0,8.5 157.0,3.0 "', speeds)  # of 3 and 4 above zero, at 25
 
     def test_a_run_that_was_killed_is_not_called_running(self):
         run = GrowingRun(self.folder / "run")
@@ -255,11 +261,6 @@ class Sweep(WatchTest):
         self.runs[2].write_until(900)
         self.addCleanup(lambda: [run.release() for run in self.runs if not run.has_ended])
 
-    def rows(self, table):
-        """The texts of the cells, without their elements."""
-        rows = re.findall("<tr>(.*?)</tr>", table, re.DOTALL)[1:]
-        return [[re.sub("<[^>]*>", "", cell) for cell in re.findall("<td>(.*?)</td>", row, re.DOTALL)] for row in rows]
-
     def test_every_run_has_state_progress_and_speed_in_the_order_of_the_sweep(self):
         _, address = self.watch("sweep")
         content = self.state(address)
@@ -267,7 +268,7 @@ class Sweep(WatchTest):
         self.assertAlmostEqual(content["share"], (2 + 900 / 2000) / 5)
         speed = f"{1e6 * SPEED * CELL_M / STEP_S:.4g}"
         self.assertEqual(
-            self.rows(content["table"]),
+            self.cells(content["table"]),
             [
                 ["lag=8", "finished", " 100 %", speed, "8"],
                 ["lag=16", "finished", " 100 %", speed, "16"],

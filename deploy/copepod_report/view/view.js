@@ -377,7 +377,7 @@ async function openView(place, scene, live) {
   }
 }
 
-window.copepod = { openView, withUnit, element, views: [] };
+window.copepod = { openView, views: [] };
 document.querySelectorAll(".view > script").forEach(async (script) => {
   const stage = script.parentElement.querySelector(".stage");
   window.copepod.views.push(await openView(stage, JSON.parse(script.textContent), false));
