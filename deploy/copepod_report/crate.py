@@ -134,12 +134,7 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
         "object": {"@id": "case.yaml"},
         "result": _references([file for file in files if file["@id"] != "case.yaml"]),
     }
-    about = {
-        "@id": METADATA,
-        "@type": "CreativeWork",
-        "conformsTo": {"@id": _CONTEXT},
-        "about": {"@id": "./"},
-    }
+    about = {"@id": METADATA, "@type": "CreativeWork", "conformsTo": {"@id": _CONTEXT}, "about": {"@id": "./"}}
     terms = {"@id": license_url, "@type": "CreativeWork", "name": license_of_data}
     profile = {"@id": _PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"}
     return [about, crate, *files, run, software, writer, terms, profile, digest, *columns]

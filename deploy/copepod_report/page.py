@@ -94,7 +94,7 @@ class Canvas:
                 file.write(content)
         except FileExistsError:
             raise BadCase(
-                f"{path} is in the way (not written by a report). Move it away, or choose another --out.",
+                f"{path} is in the way (not written by a report). Move it away, or choose another --out."
             ) from None
         self._written.add(path)
         return path

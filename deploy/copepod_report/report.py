@@ -76,7 +76,7 @@ def opening_figures(runs: Sequence[RunResult], canvas: Canvas, choice: Choice = 
 
 def _damaged(names: str, problem: Exception) -> Stop:
     return StorageFailed(
-        f"{names} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). Run the case again.",
+        f"{names} cannot be evaluated (a file is damaged: {type(problem).__name__}: {problem}). Run the case again."
     )
 
 
@@ -162,7 +162,7 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
     if len(steps) < 2:
         raise BadCase(
             f"{run.name} cannot be filmed (a film needs two snapshots of the flow, the run recorded {len(steps)}). "
-            "Set output.fields.every_steps in the case.",
+            "Set output.fields.every_steps in the case."
         )
     last = _picture(run, view, "last")
     fixed = replace(view, plane=last.plane, at_m=last.at_m)

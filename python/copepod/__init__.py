@@ -35,6 +35,8 @@ __all__ = [
     "Check",
     "Environment",
     "Environments",
+]
+__all__ += [
     "Error",
     "Progress",
     "Run",

@@ -29,13 +29,7 @@ class Environment(_Base):
     """
 
     def __init__(
-        self,
-        case: AnyCase,
-        *,
-        steps_per_action: int,
-        actions_per_episode: int = 0,
-        set: Settings = (),
-        ranks: int = 1,
+        self, case: AnyCase, *, steps_per_action: int, actions_per_episode: int = 0, set: Settings = (), ranks: int = 1
     ) -> None:
         """
         @param steps_per_action     steps of the simulation

@@ -117,12 +117,7 @@ class Simulation:
     """
 
     def __init__(
-        self,
-        case: AnyCase,
-        directory: str | Path | None = None,
-        *,
-        set: Settings = (),
-        ranks: int | None = None,
+        self, case: AnyCase, directory: str | Path | None = None, *, set: Settings = (), ranks: int | None = None
     ) -> None:
         """
         @param case       a Case, a dictionary or the path of a case file

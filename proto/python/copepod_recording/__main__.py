@@ -36,8 +36,7 @@ def main():
 def make_parser():
     """Of what stands before --."""
     parser = argparse.ArgumentParser(
-        prog=called_as("recording"),
-        description="Lists, counts, draws and replays what a run recorded.",
+        prog=called_as("recording"), description="Lists, counts, draws and replays what a run recorded."
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
@@ -141,7 +140,7 @@ def _replay(options):
         end(
             f"{recording.path.stem} cannot be replayed (it resumed from {Path(start.path).parent}, which no longer "
             "exists: a run keeps only its last checkpoints). Replay an earlier --attempt, or record a run that is not "
-            "resumed.",
+            "resumed."
         )
     if not options.command or shutil.which(options.command[0]) is None:
         name = " ".join(options.command) or "(none given)"
