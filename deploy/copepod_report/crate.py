@@ -23,6 +23,7 @@ _SUMS = "sha256sums.txt"
 _CONTEXT = "https://w3id.org/ro/crate/1.1"
 _TERMS = {"sha256": "https://w3id.org/ro/terms/workflow-run#sha256"}  # beside those of the context
 _PROFILE = "https://w3id.org/ro/wfrun/process/0.5"
+_ARRAY = ("the same as an array of NumPy, a field of shape (bodies, components) each", "application/x-npy")
 # What an export holds of a run directory, and what it is. The rest is for resuming, or about the machine.
 _CONTENT = {
     "case.yaml": (
@@ -32,13 +33,10 @@ _CONTENT = {
     "provenance.json": ("programs, versions, host, times and command line", "application/json"),
     "summary.json": ("figures and the digest of the final state", "application/json"),
     "trajectory.csv": ("position, orientation, velocities, loads and drive of every body over time", "text/csv"),
-    "trajectory.npy": (
-        "the same as an array of NumPy, a field of shape (bodies, components) each",
-        "application/x-npy",
-    ),
+    "trajectory.npy": _ARRAY,
     "trajectory_names.txt": ("names of its bodies", "text/plain"),
     "obstacles.csv": ("loads on obstacles over time", "text/csv"),
-    "obstacles.npy": ("the same as an array of NumPy, a field of shape (bodies, components) each", "application/x-npy"),
+    "obstacles.npy": _ARRAY,
     "obstacles_names.txt": ("names of the obstacles", "text/plain"),
     "cycles.csv": ("velocity, rotation, arms and power of every swimmer in each cycle", "text/csv"),
     "bodies.pvd": ("surfaces of the bodies over time, for ParaView", "application/xml"),
@@ -81,7 +79,10 @@ def export(directory: Path, folder: Path, author: str, license_of_data: str) -> 
 def _describe(folder: Path, author: str, license_of_data: str) -> None:
     """Adds checksums and the description to the files of a crate."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
-    sums = {path.relative_to(folder).as_posix(): _sha256(path) for path in paths}
+    sums = {}
+    for path in paths:
+        with open(path, "rb") as file:
+            sums[path.relative_to(folder).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
     (folder / _SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
     graph = _graph(folder, sums, author, license_of_data)
     (folder / METADATA).write_text(
@@ -96,57 +97,50 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
     columns = [
         column for name in ("trajectory.csv", "trajectory.npy", "cycles.csv") for column in _columns(folder / name)
     ]
-    digest = {"@id": "#digest", "@type": "PropertyValue", "name": "digest", "value": summary["digest"]}
+    digest = {**_entity("#digest", "PropertyValue", "digest"), "value": summary["digest"]}
     license_url = license_of_data if "://" in license_of_data else f"https://spdx.org/licenses/{license_of_data}"
-    writer = {"@id": "#author", "@type": "Person", "name": author}
     crate = {
-        "@id": "./",
-        "@type": "Dataset",
-        "name": f"Copepod run {summary['case']}",
+        **_entity("./", "Dataset", f"Copepod run {summary['case']}"),
         "description": f"A coupled simulation of a fluid and moving bodies, with Copepod {provenance['version']}. To "
         "repeat it: copepod run case.yaml; the same build gives the same digest.",
         "datePublished": provenance["end"],
-        "license": {"@id": license_url},
-        "author": {"@id": "#author"},
-        "conformsTo": {"@id": _PROFILE},
-        "mentions": {"@id": "#run"},
-        "hasPart": _references(files),
-        "variableMeasured": _references([digest, *columns]),
+        **_references(license=license_url, author="#author", conformsTo=_PROFILE, mentions="#run"),
+        "hasPart": [_reference(file["@id"]) for file in files],
+        "variableMeasured": [_reference(measured["@id"]) for measured in (digest, *columns)],
     }
     software = {
-        "@id": "#copepod",
-        "@type": "SoftwareApplication",
-        "name": "Copepod",
+        **_entity("#copepod", "SoftwareApplication", "Copepod"),
         "softwareVersion": provenance["version"],
         "identifier": provenance["git_revision"],
         "description": f"built by {provenance['compiler']}, build {provenance['build']}; components: "
         + ", ".join(provenance["components"].values()),
     }
+    completed = "http://schema.org/CompletedActionStatus"
     run = {
-        "@id": "#run",
-        "@type": "CreateAction",
-        "name": f"the run of {summary['case']} on {provenance['fluid_ranks']} rank(s)",
+        **_entity("#run", "CreateAction", f"the run of {summary['case']} on {provenance['fluid_ranks']} rank(s)"),
         "startTime": provenance["start"],
         "endTime": provenance["end"],
-        "actionStatus": {"@id": "http://schema.org/CompletedActionStatus"},
-        "agent": {"@id": "#author"},
-        "instrument": {"@id": "#copepod"},
-        "object": {"@id": "case.yaml"},
-        "result": _references([file for file in files if file["@id"] != "case.yaml"]),
+        **_references(actionStatus=completed, agent="#author", instrument="#copepod", object="case.yaml"),
+        "result": [_reference(file["@id"]) for file in files if file["@id"] != "case.yaml"],
     }
-    about = {"@id": METADATA, "@type": "CreativeWork", "conformsTo": {"@id": _CONTEXT}, "about": {"@id": "./"}}
-    terms = {"@id": license_url, "@type": "CreativeWork", "name": license_of_data}
-    profile = {"@id": _PROFILE, "@type": "CreativeWork", "name": "Process Run Crate", "version": "0.5"}
+    about = {"@id": METADATA, "@type": "CreativeWork", **_references(conformsTo=_CONTEXT, about="./")}
+    writer = _entity("#author", "Person", author)
+    terms = _entity(license_url, "CreativeWork", license_of_data)
+    profile = {**_entity(_PROFILE, "CreativeWork", "Process Run Crate"), "version": "0.5"}
     return [about, crate, *files, run, software, writer, terms, profile, digest, *columns]
+
+
+def _entity(identifier: str, kind: str, name: str) -> dict[str, Any]:
+    return {"@id": identifier, "@type": kind, "name": name}
 
 
 def _file(folder: Path, name: str, sums: dict[str, str]) -> dict[str, Any]:
     description, kind = _CONTENT[name]
     if (folder / name).is_dir():
-        return {"@id": f"{name}/", "@type": "Dataset", "name": name, "description": description}
+        return {**_entity(f"{name}/", "Dataset", name), "description": description}
     size = str((folder / name).stat().st_size)
-    entity = {"@id": name, "@type": "File", "name": name, "description": description, "encodingFormat": kind}
-    return {**entity, "contentSize": size, "sha256": sums[name]}
+    about = {"description": description, "encodingFormat": kind, "contentSize": size, "sha256": sums[name]}
+    return {**_entity(name, "File", name), **about}
 
 
 def _columns(table: Path) -> Iterator[dict[str, Any]]:
@@ -158,14 +152,13 @@ def _columns(table: Path) -> Iterator[dict[str, Any]]:
         names = table.read_text().partition("\n")[0].split(",")
     for column in names:
         name, unit = quantity_of(column)
-        entity = {"@id": f"#{table.stem}.{column}", "@type": "PropertyValue", "name": f"{name} ({table.name})"}
+        entity = _entity(f"#{table.stem}.{column}", "PropertyValue", f"{name} ({table.name})")
         yield {**entity, "propertyID": column, **({"unitText": unit} if unit else {})}
 
 
-def _references(entities: list[dict[str, Any]]) -> list[dict[str, str]]:
-    return [{"@id": entity["@id"]} for entity in entities]
+def _reference(identifier: str) -> dict[str, str]:
+    return {"@id": identifier}
 
 
-def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def _references(**identifiers: str) -> dict[str, Any]:
+    return {key: _reference(identifier) for key, identifier in identifiers.items()}

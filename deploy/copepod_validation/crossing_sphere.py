@@ -84,8 +84,7 @@ def section(results: Results[dict[str, Any]]) -> Section:
         overview[scheme, "noise, raw [% rms]"] = f"{max(noise['raw'] for noise in found):.2f}"
         overview[scheme, "averaged [% rms]"] = f"{max(noise['averaged'] for noise in found):.2f}"
         overview[scheme, "work at the surface [%]"] = f"{np.median([noise['work'] for noise in found]):.1f}"
-    markdown = markdown_table(heads, rows) + "\n\n![Spectra of the noise](accuracy_noise.png)"
-    return Section(markdown, overview, {"accuracy_noise.png": _figure(results)})
+    return Section({"table": markdown_table(heads, rows)}, overview, {"accuracy_noise.png": _figure(results)})
 
 
 def _figure(results: Results[dict[str, Any]]) -> bytes:

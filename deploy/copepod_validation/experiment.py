@@ -1,6 +1,6 @@
 """What all cases share: named schemes, experiments in lattice units, and tables by point and scheme."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import Any, TypeVar
@@ -36,9 +36,10 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Section:
-    """Part of the page: Markdown, what the overview has of it, and figures as PNG by file name."""
+    """Part of the page: tables and numbers by their names in accuracy.md, what the overview has of it, and figures as
+    PNG by file name."""
 
-    markdown: str
+    values: Mapping[str, Any]
     overview: Overview
     figures: dict[str, bytes] = field(default_factory=dict)
 

@@ -68,12 +68,9 @@ def section(results: Results[np.ndarray]) -> Section:
         of_torque = np.linalg.norm(torque - other_torque) / np.linalg.norm(other_torque)
         turns.append((scheme, point, (np.linalg.norm(force - other_force) / unit, 100 * of_torque)))
     row, heads = "{0.tau:g} | {0.speed:g}".format, "τ | velocity [cells/step]"
-    markdown = table_by_point(moves, heads, row, "{:+.2f}".format)
-    markdown += "\n\nForce on the moving sphere relative to that on the sphere at rest, minus one [%].\n\n"
-    markdown += table_by_point(turns, heads, row, "{0[0]:.3f}, {0[1]:.2f}".format)
-    markdown += (
-        "\n\nForce by which fluid that carries a turning sphere along pushes it [ρVωv], and by how much the torque "
-        "changes [%]."
-    )
+    tables = {
+        "moves": table_by_point(moves, heads, row, "{:+.2f}".format),
+        "turns": table_by_point(turns, heads, row, "{0[0]:.3f}, {0[1]:.2f}".format),
+    }
     overview = worst(moves, "frames [%]", float, "+.2f")
-    return Section(markdown, overview | worst(turns, "frames, turning [ρVωv]", lambda both: both[0], ".3f"))
+    return Section(tables, overview | worst(turns, "frames, turning [ρVωv]", lambda both: both[0], ".3f"))

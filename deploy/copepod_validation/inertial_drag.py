@@ -57,6 +57,5 @@ def evaluate(run: Trajectory, point: Point) -> float:
 
 def section(results: Results[float]) -> Section:
     row = "{0.reynolds:g} | {0.diameter} | {0.tau:.3f} | {0.coefficient:.3f}".format
-    markdown = table_by_point(results, "Re | cells per diameter | τ | drag coefficient", row, "{:+.1f}".format)
-    markdown += "\n\nError of the mean drag [%], without what the sides of the stream add to it (0.3 to 0.8 %)."
-    return Section(markdown, worst(results, "drag at Re 20 … 100 [%]", float))
+    table = table_by_point(results, "Re | cells per diameter | τ | drag coefficient", row, "{:+.1f}".format)
+    return Section({"table": table}, worst(results, "drag at Re 20 … 100 [%]", float))

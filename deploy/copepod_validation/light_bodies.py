@@ -1,6 +1,8 @@
 """Spheres of any density that a constant force drives through fluid at rest: how they start, and where they tend to."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -44,23 +46,24 @@ class Point:
 LABEL = "{0.kind}_r{0.radius:g}_tau{0.tau:.3g}_{0.bodies}_density{0.density:g}"
 POINTS: list[Point] = []
 FAST = [Point("start", 0.01, tau) for tau in (0.55, 1.0)]
+
+
+def _points(kind: str, densities: Sequence[float], taus: Iterable[float], **more: Any) -> list[Point]:
+    return [Point(kind, density, tau, **more) for tau in taus for density in densities]
+
+
 _CHOSEN = [
-    *(Point("terminal", density, tau) for tau in _NEUTRAL for density in _DENSITIES),
-    *(Point("terminal", 0.01, tau, bodies=bodies) for bodies in ("Bullet", "Python") for tau in (0.55, 2.0)),
-    *(Point("terminal", density, tau, radius=8.0) for tau in (2 / 3, 2.0) for density in (0.01, 1.0)),
-    *(Point("start", density, tau) for tau in _NEUTRAL for density in _DENSITIES[:-1]),
-    *(Point("start", 0.01, tau, bodies="Python") for tau in _NEUTRAL),
+    *_points("terminal", _DENSITIES, _NEUTRAL),
+    *(point for bodies in ("Bullet", "Python") for point in _points("terminal", (0.01,), (0.55, 2.0), bodies=bodies)),
+    *_points("terminal", (0.01, 1.0), (2 / 3, 2.0), radius=8.0),
+    *_points("start", _DENSITIES[:-1], _NEUTRAL),
+    *_points("start", (0.01,), _NEUTRAL, bodies="Python"),
 ]
 _ALL_BODIES = [
-    *(
-        Point("terminal", density, tau, bodies=bodies)
-        for bodies in ("Bullet", "Python")
-        for tau in (0.55, 2.0)
-        for density in (1.0, 100.0)
-    ),
-    *(Point("terminal", density, tau, radius=8.0) for tau in _NEUTRAL for density in _DENSITIES),
-    *(Point("start", density, tau, radius=8.0) for tau in _NEUTRAL for density in (0.01, 1.0, 10.0)),
-    *(Point("start", 10.0, tau, bodies="Python") for tau in (0.55, 2.0)),  # Bullet has no periodic domains
+    *(point for name in ("Bullet", "Python") for point in _points("terminal", (1.0, 100.0), (0.55, 2.0), bodies=name)),
+    *_points("terminal", _DENSITIES, _NEUTRAL, radius=8.0),
+    *_points("start", (0.01, 1.0, 10.0), _NEUTRAL, radius=8.0),
+    *_points("start", (10.0,), (0.55, 2.0), bodies="Python"),  # Bullet has no periodic domains
 ]
 MORE = {"central_linear": _CHOSEN, "parabolic": list(dict.fromkeys(_CHOSEN + _ALL_BODIES))}
 
@@ -116,15 +119,7 @@ def section(results: Results[float]) -> Section:
         neutral = values[scheme, replace(point, density=1.0, bodies="own")]
         return f"{value:.4f} ({100 * (value / neutral - 1):+.2f})"
 
-    notes = {
-        "terminal": "Terminal velocity over that without walls, mean over the last tenth of 20000 steps; in brackets "
-        "the deviation from the sphere of the fluid's density [%]. Heavier spheres start at that velocity: their "
-        "relaxation is longer than the run.",
-        "start": "Largest deviation of the start over the steps 100 to 300, relative to the velocity there [%]. Heavy "
-        "spheres, which move without virtual mass, deviate as much as light ones: what is left is the error of the "
-        "fluid and of the images, not of the coupling.",
-    }
-    tables = []
+    tables = {}
     for kind in dict.fromkeys(point.kind for _, point, _ in results):
         found = [
             (f"ρ = {point.density:g}", (scheme, replace(point, density=0.0)), cell(scheme, point, value))
@@ -132,6 +127,6 @@ def section(results: Results[float]) -> Section:
             if point.kind == kind
         ]
         row = "{0[0]} | {0[1].radius:g} | {0[1].tau:.3g} | {0[1].bodies}".format
-        tables += [table_by_point(found, "scheme | R [cells] | τ | bodies", row, str), notes[kind]]
+        tables[kind] = table_by_point(found, "scheme | R [cells] | τ | bodies", row, str)
     starts = [result for result in results if result[1].kind == "start"]
-    return Section("\n\n".join(tables), worst(starts, "start of light bodies [%]", float, ".1f"))
+    return Section(tables, worst(starts, "start of light bodies [%]", float, ".1f"))

@@ -9,6 +9,7 @@ from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from copepod_campaign import campaign
@@ -25,7 +26,7 @@ _CASES = (
 )
 CASES = {name: import_module(f"copepod_validation.{name}") for name in _CASES}
 FOLDER = Path("runs/validation")
-_TEXT = Path(__file__).with_name("accuracy.md").read_text()  # what it is about, and what each case compares with
+_TEXT = Path(__file__).with_name("accuracy.md").read_text()  # what it is about, what each case compares with, and notes
 
 
 def run(options: Namespace, again: str) -> dict[str, Section]:
@@ -93,10 +94,19 @@ def write_page(folder: Path, sections: Mapping[str, Section], command: str, buil
     parts += ["## Overview", markdown_table(" | ".join(columns), map(" | ".join, rows))]
     for case, section in sections.items():
         title = case.replace("_", " ").capitalize()
-        parts += [f"## {title}", text_of[title], *_wrapped(section.markdown)]
+        parts += [f"## {title}", *_wrapped(_filled(text_of[title], section.values))]
     path = folder / "accuracy.md"
     path.write_text("\n\n".join(part.strip() for part in parts) + "\n")
     return path
+
+
+def _filled(text: str, values: Mapping[str, Any]) -> str:
+    """With the values of «$name» in it. Where a value that is a paragraph is missing, what follows is left out, too."""
+    paragraphs, has_value = [], True
+    for paragraph in text.split("\n\n"):
+        has_value = paragraph[1:] in values if paragraph.startswith("$") else has_value
+        paragraphs += [Template(paragraph).substitute(values)] if has_value else []
+    return "\n\n".join(paragraphs)
 
 
 def _wrapped(markdown: str) -> list[str]:

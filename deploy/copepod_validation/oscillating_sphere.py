@@ -68,5 +68,5 @@ def section(results: Results[complex]) -> Section:
         return f"{100 * (abs(ratio) - 1):+.1f}, {np.degrees(np.angle(ratio)):+.1f}°"
 
     heads = "R/δ | τ | force over Stokes' | ahead of the velocity by"
-    markdown = table_by_point(results, heads, row, cell) + "\n\nError of the force's amplitude [%] and phase."
-    return Section(markdown, worst(results, "oscillation [%]", lambda ratio: 100 * abs(ratio - 1), ".1f"))
+    overview = worst(results, "oscillation [%]", lambda ratio: 100 * abs(ratio - 1), ".1f")
+    return Section({"table": table_by_point(results, heads, row, cell)}, overview)

@@ -100,7 +100,5 @@ def section(results: Results[tuple[float, float]]) -> Section:
         (scheme, point, max((100 * (v / exact - 1) for v, exact in values if exact > 0.3), key=abs))
         for scheme, point, values in pairs
     ]
-    markdown = (
-        table_by_point(pairs, "bodies | way | R [cells] | gap / R | exact force, torque", row, cell) + "\n\nError [%]."
-    )
-    return Section(markdown, worst(errors, "resistances [%]", float))
+    table = table_by_point(pairs, "bodies | way | R [cells] | gap / R | exact force, torque", row, cell)
+    return Section({"table": table}, worst(errors, "resistances [%]", float))

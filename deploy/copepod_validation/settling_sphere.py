@@ -137,16 +137,11 @@ def section(results: Results[Fall]) -> Section:
     measured = ", ".join(
         f"{fall.deviation_from_measured_curve():.1f} % with {scheme}" for scheme, _, fall in falls if fall.oil == E4
     )
-    markdown = table_by_point([*falls, *last], heads, row, cell) + (
-        f"\n\nLargest velocity at {coarse} cells per diameter relative to the measured one [%]; in brackets the "
-        "largest deviation of the curve from the finer run [% of its largest velocity]. From the measured points of "
-        f"E4 in the figure, digitised from the paper's plot, the curve deviates by at most {measured}.\n\n"
-        "![Velocity of the settling sphere](accuracy_settling.png)"
-    )
+    values = {"table": table_by_point([*falls, *last], heads, row, cell), "coarse": coarse, "measured": measured}
     overview = (
         worst(falls, "settling [%]", lambda fall: fall.largest_deviation(finer[fall.oil]), ".1f") if finer else {}
     )
-    return Section(markdown, overview, {"accuracy_settling.png": _figure(falls, finer.get(E4))})
+    return Section(values, overview, {"accuracy_settling.png": _figure(falls, finer.get(E4))})
 
 
 def _figure(falls: Results[Fall], finer: Fall | None) -> bytes:

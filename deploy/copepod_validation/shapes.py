@@ -147,10 +147,8 @@ def section(results: Results[Drags]) -> Section:
         mean = errors.mean(axis=0)
         return "{:+.2f}, {:+.2f} ± {:.2f}".format(*mean, np.abs(errors - mean).max())
 
-    markdown = table_by_point(shapes, "shape", str, cell)
-    markdown += "\n\nErrors of the drag along and across the axis [%]: means ± largest deviation of a pose."
     overview = {}
     for scheme, of_shapes in by_scheme(shapes).items():
         means = [mean for each in of_shapes for mean in each.mean(axis=0)]
         overview[scheme, "spheroids, cube [%]"] = f"{min(means):+.2f} … {max(means):+.2f}"
-    return Section(markdown, overview)
+    return Section({"table": table_by_point(shapes, "shape", str, cell)}, overview)

@@ -102,8 +102,5 @@ def _most(deviations: np.ndarray) -> float:
 
 def section(results: Results[Found]) -> Section:
     row, cell = "{0.shape} | {0.tau:g}".format, "{0[0]:+.2f} ± {0[1]:.1f} ({0[2]})".format
-    markdown = table_by_point(results, "body | τ", row, cell) + (
-        "\n\nError of the rate ± largest deviation from the form [% of γ/2]; in brackets the aspect ratio of the "
-        "capsule, the angle of an ellipsoid to theory at the end of the run."
-    )
-    return Section(markdown, worst(results, "shear [%]", lambda found: found[0]))
+    table = table_by_point(results, "body | τ", row, cell)
+    return Section({"table": table}, worst(results, "shear [%]", lambda found: found[0]))

@@ -111,6 +111,5 @@ def section(results: Results[float]) -> Section:
     def row(point: Point) -> str:
         return f"{point.kind} | {point.gap * RADIUS:g} | {point.reference:.3f}"
 
-    markdown = table_by_point(results, "bodies | gap [cells] | drag over Stokes'", row, "{:+.2f}".format)
-    markdown += "\n\nError of the drag [%]."
-    return Section(markdown, worst(results, "slow bodies [%]", float))
+    table = table_by_point(results, "bodies | gap [cells] | drag over Stokes'", row, "{:+.2f}".format)
+    return Section({"table": table}, worst(results, "slow bodies [%]", float))

@@ -130,17 +130,14 @@ def section(results: Results[tuple[float, float]]) -> Section:
     def cell(found: list[float]) -> str:
         return f"{np.mean(found):+.2f} ± {_spread(found):.2f}"
 
-    markdown = table_by_point(arrays, "array | φ | D [cells] | τ", row, cell) + (
-        "\n\nError of K or F [%]: mean ± largest deviation of a centre. The last fifth of a run changed it by at most "
-        f"{max(change for _, _, (_, change) in results):.1g} %.\n\n"
-        "![Error of the drag against cells per diameter](accuracy_array.png)"
-    )
+    changes = [change for _, _, (_, change) in results]
+    values = {"table": table_by_point(arrays, "array | φ | D [cells] | τ", row, cell), "change": f"{max(changes):.1g}"}
     overview = {}
     for scheme, dilute in by_scheme([array for array in arrays if array[1].solid_fraction <= 0.125]).items():
         means = np.mean(dilute, axis=1)
         overview[scheme, "array drag, φ ≤ 0.125 [%]"] = f"{min(means):+.2f} … {max(means):+.2f}"
         overview[scheme, "spread [%]"] = f"{max(map(_spread, dilute)):.2f}"
-    return Section(markdown, overview, {"accuracy_array.png": _figure(arrays)})
+    return Section(values, overview, {"accuracy_array.png": _figure(arrays)})
 
 
 def _spread(errors: Sequence[float]) -> float:

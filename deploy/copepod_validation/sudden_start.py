@@ -52,6 +52,5 @@ def evaluate(run: Trajectory, point: Point) -> tuple[float, float]:
 
 
 def section(results: Results[tuple[float, float]]) -> Section:
-    markdown = table_by_point(results, "τ", "{0.tau:g}".format, "{0[0]:+.2f} ({0[1]:.2g})".format)
-    markdown += "\n\nLargest error of the impulse [%]; in brackets alternating part [%]."
-    return Section(markdown, worst(results, "sudden start [%]", lambda start: start[0]))
+    table = table_by_point(results, "τ", "{0.tau:g}".format, "{0[0]:+.2f} ({0[1]:.2g})".format)
+    return Section({"table": table}, worst(results, "sudden start [%]", lambda start: start[0]))

@@ -88,13 +88,10 @@ def section(results: Results[tuple[float, float, float]]) -> Section:
     heads = "way | R [cells] | gap [cells] | over Stokes'"
     row = "{0.way} | {0.radius:g} | {0.gap:.2f} | {0.reference:.3f}".format
     _, change, alternating = np.max([found for _, _, found in results], axis=0)
-    markdown = table_by_point(results, heads, row, "{0[0]:+.2f}".format, none="") + (
-        "\n\nError of the load [%], mean of two steps, between which the sudden start leaves it alternating by up to "
-        f"±{alternating:.1g} %. The last third of the runs changed it by at most {change:.1g} %.\n\n"
-        "![Error of the load over the gap](accuracy_wall.png)"
-    )
+    table = table_by_point(results, heads, row, "{0[0]:+.2f}".format, none="")
+    values = {"table": table, "alternating": f"{alternating:.1g}", "change": f"{change:.1g}"}
     overview = worst(results, "wall [%]", lambda found: found[0])
-    return Section(markdown, overview, {"accuracy_wall.png": _figure(results)})
+    return Section(values, overview, {"accuracy_wall.png": _figure(results)})
 
 
 def _figure(results: Results[tuple[float, float, float]]) -> bytes:
