@@ -67,27 +67,14 @@ class _Lines:
                 return
 
 
-class _Sign:
-    """A file on the shared disk that exists as long as the run does."""
-
-    def __init__(self, file: str) -> None:
-        self._file = Path(file)
-        self._thread = threading.Thread()
-        self.is_gone = False
-
-    def look(self) -> None:
-        """Sets `is_gone` soon, unless the disk does not answer, which must not stop the guard."""
-        if not self._thread.is_alive():
-            self._thread = threading.Thread(target=self._open, daemon=True)
-            self._thread.start()
-
-    def _open(self) -> None:
-        try:
-            self._file.open().close()  # network file systems ask their server then
-        except FileNotFoundError:
-            self.is_gone = True
-        except OSError:  # of the disk
-            pass
+def _look_at_sign(sign: Path, sign_is_gone: threading.Event) -> None:
+    """A file on the shared disk that exists as long as the run does. In a thread: the disk may not answer."""
+    try:
+        sign.open().close()  # network file systems ask their server then
+    except FileNotFoundError:
+        sign_is_gone.set()
+    except OSError:  # of the disk
+        pass
 
 
 def _watch(order: dict[str, Any], lines: _Lines) -> int:
@@ -103,11 +90,11 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     asked = confirmed
     sent: dict[int, float] = {}
     attention = Attention()
-    sign = _Sign(order["sign"])
+    look, sign_is_gone = threading.Thread(), threading.Event()
     starters: set[int] = set()
     is_over = False
     limit_s = order["silence_s"] + _GRACE_S
-    while lines.is_open and not is_over and not sign.is_gone and time.monotonic() - confirmed < limit_s:
+    while lines.is_open and not is_over and not sign_is_gone.is_set() and time.monotonic() - confirmed < limit_s:
         for question in lines.wait(_LOOK_EVERY_S):
             asked = time.monotonic()
             if "end" in question:
@@ -122,8 +109,9 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
                 _answer("pong", ping=question["ping"], wrong=[asdict(each) for each in wrong])
         if attention.was_away():  # and so was the command
             confirmed = time.monotonic()
-        if time.monotonic() - asked > _SILENT_S:
-            sign.look()
+        if time.monotonic() - asked > _SILENT_S and not look.is_alive():
+            look = threading.Thread(target=_look_at_sign, args=(Path(order["sign"]), sign_is_gone), daemon=True)
+            look.start()
         present = set(cleanup.marked_processes(f"{STARTER}={order['mark']}"))
         if any(state_of(pid) in ENDED for pid in starters - present):
             # It was killed. What it had started keeps the connection open, and mpirun would notice nothing.

@@ -87,15 +87,9 @@ class HostConnection:
     def end_stopped_guard(self) -> None:
         """Reaches the host anew to end a guard that does not answer; nothing happens if the host does not either."""
         command = hosts.connecting_command(self.host, hosts.ending_command(GUARD, self._order["mark"]))
+        nowhere: Any = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
         with suppress(subprocess.TimeoutExpired):
-            subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-                timeout=_REACHED_WITHIN_S,
-            )
+            subprocess.run(command, **nowhere, start_new_session=True, timeout=_REACHED_WITHIN_S)
 
     def read(self) -> None:
         """Takes what has arrived."""

@@ -125,13 +125,11 @@ def _messages(wire, start, end):
 
 def draw(timelines, path):
     """One bar per process and rank, what is inside a phase drawn over it; PNG or SVG after the suffix of the path."""
-    import matplotlib  # slow to load
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure  # slow to load
 
     start = min(phase.begin_ns for each in timelines for phase in each.phases)
-    figure, axes = plt.subplots(figsize=(11, 0.7 * len(timelines) + 1.6))
+    figure = Figure(figsize=(11, 0.7 * len(timelines) + 1.6))
+    axes = figure.subplots()
     bars: dict = {}  # by name
     for row, timeline in enumerate(reversed(timelines)):
         for phase in timeline.phases:
@@ -144,12 +142,10 @@ def draw(timelines, path):
     axes.set_yticks(range(len(timelines)), [timeline.title for timeline in reversed(timelines)])
     axes.set_xlabel("time [µs]")
     axes.margins(x=0)
-    for side in ("top", "right", "left"):
-        axes.spines[side].set_visible(False)
+    axes.spines[["top", "right", "left"]].set_visible(False)
     figure.legend(bars.values(), bars, loc="upper center", ncols=min(9, len(bars)), frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, 0, 1, 0.86))
     figure.savefig(path, dpi=130)
-    plt.close(figure)
 
 
 def _steps(timelines):

@@ -2,6 +2,7 @@
 
 import difflib
 import json
+from functools import partial
 
 from copepod_component.messages import FEATURES, PROTOCOL_MAJOR, PROTOCOL_MINOR, Envelope
 from copepod_conformance.conversation import CONTROL, DATA
@@ -159,8 +160,7 @@ def _newer_minor(trial):
 
 
 def checks(subject):
-    def check(name, rule, run, **kinds):
-        return Check("handshake", name, rule, run, **kinds)
+    check = partial(Check, "handshake")
 
     def version(name, *how):
         return Check("versions", name, _VERSIONS, *how)

@@ -166,9 +166,7 @@ def _garbage_on_control_lane(trial):
 
 
 def checks(subject):
-    def check(*how, **kinds):
-        return Check("limits", *how, **kinds)
-
+    check = partial(Check, "limits")
     requests = (subject.case.step_request(0), subject.case.setup_request())
     return [
         *(spoilt for request in requests for spoilt in _spoilt_fields(request)),
