@@ -25,27 +25,6 @@ from copepod.results import Campaign, Run, Sample, follow, load
 from copepod.running import Check, Progress, check, run
 from copepod.simulation import Actuators, Bodies, Simulation, Snapshot
 
-__all__ = [
-    "Actuators",
-    "Bodies",
-    "Campaign",
-    "Case",
-    "CaseError",
-    "CaseWarning",
-    "Check",
-    "Environment",
-    "Environments",
-]
-__all__ += [
-    "Error",
-    "Progress",
-    "Run",
-    "RunError",
-    "Sample",
-    "Simulation",
-    "Snapshot",
-    "check",
-    "follow",
-    "load",
-    "run",
-]
+__all__ = ["Actuators", "Bodies", "Campaign", "Case", "CaseError", "CaseWarning", "Check"]
+__all__ += ["Environment", "Environments", "Error", "Progress", "Run", "RunError", "Sample"]
+__all__ += ["Simulation", "Snapshot", "check", "follow", "load", "run"]

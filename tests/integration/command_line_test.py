@@ -1,11 +1,58 @@
 """What people expect of a command: its version, quiet, JSON, completion, manual pages, estimates."""
 
+import contextlib
+import io
 import json
 import os
 import subprocess
 import unittest
 
-from copepod_session import COMMAND, ROOT, TinyRunTest
+from copepod_session import COMMAND, ROOT, TinyRunTest  # sets the path of our modules
+
+from copepod_command.main import parse
+
+
+class Arguments(unittest.TestCase):
+    """What is read from arguments, and what is refused."""
+
+    def test_values_and_defaults(self):
+        for words, expected in (
+            ("run c.yaml --hosts a,b:2 --set x=1", {"set": ['services.hosts=["a", "b:2"]', "x=1"], "ranks": None}),
+            ("run c.yaml --restarts 0 -q", {"restarts": 0, "quiet": True, "progress": "auto", "branch_from": None}),
+            ("check c.yaml --ranks 2 --body b", {"ranks": 2, "body": "b", "start_components": False, "set": []}),
+            ("report a b --at 2e-6 --plane xz", {"directories": ["a", "b"], "at": 2e-6, "plane": "xz", "time": "auto"}),
+            ("report a --format pdf svg --time 12", {"format": ["pdf", "svg"], "time": "12", "zoom": "", "x": ""}),
+            ("watch r", {"port": 0, "directory": "r"}),
+            ("validate --cases wall", {"cases": ["wall"], "json": False, "jobs": None}),
+            ("replay r --as fluid -- b", {"stand_in": "fluid", "tolerance": 0.0, "ranks": 1, "component": ["b"]}),
+            ("man", {"page": None, "action": "copepod_command.documentation:manual"}),
+        ):
+            options = vars(parse(words.split()))
+            self.assertEqual(options, options | expected, words)
+
+    def test_refusals(self):
+        for words, reason in (
+            ("run c.yaml --resume --branch-from d", "argument --branch-from: not allowed with argument --resume"),
+            ("replay r", "one of the arguments --fluid --body --as is required"),
+            ("export r --author a", "the following arguments are required: --license"),
+            ("run c.yaml --progress text", "invalid choice: 'text' (choose from 'auto', 'json')"),
+            ("run c.yaml --fluid=", "--fluid: the command is empty"),
+            ("campaign c.yaml --jobs 0", "--jobs: «0» is not a valid number (integer ≥ 1)"),
+            ("watch r --port -1", "--port: «-1» is not a valid port (integer ≥ 0)"),
+            ("report r --at -1", "--at: «-1» is not a valid length (metres ≥ 0)"),
+            ("report r --time noon", "«noon» is not a time of the flow"),
+            ("replay r --body --tolerance inf", "«inf» is not a valid relative difference"),
+        ):
+            stderr = io.StringIO()
+            with contextlib.redirect_stderr(stderr), self.assertRaisesRegex(SystemExit, "^2$"):
+                parse(words.split())
+            self.assertIn(reason, stderr.getvalue())
+
+    def test_help_has_titles_and_what_they_are_about(self):
+        stdout = io.StringIO()
+        with contextlib.redirect_stdout(stdout), self.assertRaisesRegex(SystemExit, "^0$"):
+            parse(["report", "--help"])
+        self.assertIn("\npicture of the flow:\n  of runs that recorded one (output.fields)\n", stdout.getvalue())
 
 
 class CommandLine(TinyRunTest):

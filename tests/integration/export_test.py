@@ -48,6 +48,9 @@ class Export(CommandTest):
         self.assertEqual(entities["#digest"]["value"], summary["digest"])
         self.assertEqual(entities["#trajectory.vx_m_per_s"]["unitText"], "m/s")
         self.assertEqual(entities["#author"]["name"], "Ada Lovelace")
+        run = entities["#run"]
+        self.assertEqual((run["agent"], run["object"]), ({"@id": "#author"}, {"@id": "case.yaml"}))
+        self.assertEqual(len(run["result"]), len(root["hasPart"]) - 1)  # all but the case
         self.assertEqual(entities[root["license"]["@id"]]["name"], "CC-BY-4.0")
 
     def test_exported_case_gives_the_digest_again(self):

@@ -166,12 +166,14 @@ class Server(WatchTest):
         self.assertNotRegex(text, r"https?://")
 
     def test_many_swimmers_share_the_mean_of_the_cycles_that_all_have(self):
-        rows = [f"s{swimmer},{cycle},{swimmer + cycle},1" for swimmer in range(7) for cycle in range(2 + swimmer % 2)]
-        table = "\n".join(["swimmer,cycle,u_along_m_per_s,u_across_m_per_s", *rows]) + "\n"
-        (self.folder / "cycles.csv").write_text(table)
-        speeds = RunFollower(self.folder, {}, 0).content()["speeds"]
-        self.assertEqual(self.cells(speeds), [["mean of 7", "2", "4 m/s", "1 m/s", ""]])
-        self.assertIn('points="3.0,8.5 157.0,3.0 "', speeds)  # of 3 and 4 above zero, at 25
+        for shift, last, line in ((0, "4 m/s", "3.0,8.5 157.0,3.0 "), (-5, "-1 m/s", "3.0,25.0 157.0,14.0 ")):
+            of = [(swimmer, cycle) for swimmer in range(7) for cycle in range(2 + swimmer % 2)]
+            rows = [f"s{swimmer},{cycle},{swimmer + cycle + shift},1" for swimmer, cycle in of]
+            table = "\n".join(["swimmer,cycle,u_along_m_per_s,u_across_m_per_s", *rows]) + "\n"
+            (self.folder / "cycles.csv").write_text(table)
+            speeds = RunFollower(self.folder, {}, 0).content()["speeds"]
+            self.assertEqual(self.cells(speeds), [["mean of 7", "2", last, "1 m/s", ""]])
+            self.assertIn(f'points="{line}"', speeds)  # of 3 and 4 above zero, or −2 and −1 below it
 
     def test_a_run_that_was_killed_is_not_called_running(self):
         run = GrowingRun(self.folder / "run")

@@ -13,7 +13,8 @@ sys.path.insert(0, str(ROOT / "tests" / "integration"))
 from copepod_session import WholeRunTest  # noqa: E402
 from copepod_report.trajectory import Trajectory  # noqa: E402
 from copepod_validation import crossing_sphere, frames, light_bodies, oscillating_sphere, settling_sphere  # noqa: E402
-from copepod_validation import resistance, shapes, shear, slow_bodies, sphere_array, sudden_start, wall  # noqa: E402
+from copepod_validation import matrix, resistance, shapes, shear, slow_bodies  # noqa: E402
+from copepod_validation import sphere_array, sudden_start, wall  # noqa: E402
 from copepod_validation.experiment import SCHEMES, experiments  # noqa: E402
 
 SCHEME = "parabolic"
@@ -97,6 +98,10 @@ class References(unittest.TestCase):
             exact = light_bodies.exact_start(light_bodies.Point("start", density, tau, radius))
             np.testing.assert_allclose(exact[99:], np.cumsum(gained)[99:], rtol=5e-5)
 
+    def test_notes_stand_below_what_they_are_about_and_nowhere_without_it(self):
+        text = "What.\n\n$one\n\nNote of $number.\n\n$two\n\nAnother note."
+        self.assertEqual(matrix._filled(text, {"one": "| 1 |", "number": 7}), "What.\n\n| 1 |\n\nNote of 7.")
+
 
 class Accuracy(WholeRunTest):
     def measured(self, case, *schemes):
@@ -106,6 +111,9 @@ class Accuracy(WholeRunTest):
         self.said = "".join(self.finish("validate", "--fast", *words).stderr)
         runs = self.folder / "runs/validation"
         found = [one for scheme in schemes for one in experiments(case, scheme, fast=True)]
+        page = (self.folder / "out/accuracy.md").read_text()
+        self.assertIn("\n|", page.rpartition("\n## ")[2])  # its table
+        self.assertNotIn("$", page)
         return [case.evaluate(Trajectory(runs / one.name), one.point) for one in found]
 
     def test_drag_of_an_array_at_eight_cells_per_diameter(self):
