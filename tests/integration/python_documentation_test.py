@@ -33,6 +33,10 @@ class Documentation(CommandTest):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
+    def test_all_public_names_are_exported(self):
+        names = "public = [n for n, v in vars(copepod).items() if n[0] != '_' and not inspect.ismodule(v)]"
+        self.output_of("-c", f"import copepod, inspect; {names}; assert sorted(public) == sorted(copepod.__all__)")
+
     def test_page_about_python(self):
         page = (ROOT / "docs/python.md").read_text()
         blocks = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)

@@ -98,6 +98,12 @@ class References(unittest.TestCase):
             exact = light_bodies.exact_start(light_bodies.Point("start", density, tau, radius))
             np.testing.assert_allclose(exact[99:], np.cumsum(gained)[99:], rtol=5e-5)
 
+    def test_light_bodies_have_every_density_and_relaxation_time(self):
+        for points in light_bodies.MORE.values():
+            found = {(point.tau, point.density) for point in points if point.kind == "terminal" and point.radius == 4}
+            self.assertEqual(len(found), 4 * 7)
+        self.assertEqual([len(points) for points in light_bodies.MORE.values()], [64, 110])
+
     def test_notes_stand_below_what_they_are_about_and_nowhere_without_it(self):
         text = "What.\n\n$one\n\nNote of $number.\n\n$two\n\nAnother note."
         self.assertEqual(matrix._filled(text, {"one": "| 1 |", "number": 7}), "What.\n\n| 1 |\n\nNote of 7.")
