@@ -58,7 +58,7 @@ def findings(options: Namespace) -> Check:
     if plan.sweep:
         return _of_several(plan.name, [item_of_sweep(options, plan)], None, options.start_components)
     if not options.start_components:  # those whose commands the case has brought along, and not the user
-        named = (role for role in plan.commands if getattr(options, role) is None)
+        named = (role for role in plan.commands if getattr(options, role, None) is None)
         plan = replace(plan, unasked=frozenset(named))
     plan = components.settled(plan, options.ranks)
     problems = [*components.problems_of_components(plan), *hosts.problems_of_hosts(plan)]

@@ -205,7 +205,12 @@ def ask(command: tuple[str, ...]) -> Answer:
 
 def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> list[str]:
     """What keeps components from taking part in the run."""
-    return [problem for role in roles or plan.roles if role not in plan.unasked for problem in _problems_of(plan, role)]
+    return [
+        problem
+        for role in (plan.roles if roles is None else roles)
+        if role not in plan.unasked
+        for problem in _problems_of(plan, role)
+    ]
 
 
 def _problems_of(plan: Plan, role: str) -> Iterator[str]:

@@ -126,6 +126,16 @@ class Controllers(WholeRunTest):
                 self.assertIn(text.lower(), session.last_line.lower())
                 self.assertIn("pilot", session.last_line)
 
+    def test_check_starts_no_controller_that_it_is_not_asked_to(self):
+        words = [
+            word for setting in self.settings(["touch", str(self.folder / "started")]) for word in ("--set", setting)
+        ]
+        session = self.finish("check", CASE, *words)
+        self.assertIn("the pilot component was not asked what it can do", "".join(session.stderr))
+        self.assertFalse((self.folder / "started").exists())
+        self.finish("check", CASE, *words, "--start-components", code=2)
+        self.assertTrue((self.folder / "started").exists() or list(self.folder.glob("--capabilities")))
+
     def test_what_is_no_controller_is_refused_before_anything_starts(self):
         words = [word for setting in self.settings([f"{PROGRAMS}/body_service"]) for word in ("--set", setting)]
         session = self.start("run", CASE, *words)

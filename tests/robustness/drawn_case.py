@@ -28,6 +28,34 @@ def draw(seed, attempt=0, shapes=False):
     return drawn.case
 
 
+def with_controllers(case, seed, command):
+    """The case with one or two controllers that set all that it drives, or some; None if it drives nothing."""
+    rng = random.Random(f"controllers {seed}")
+    signals = {f"actuators.{i}": each["signal"] for i, each in enumerate(case.get("actuators", []))}
+    signals |= {f"joints.{i}": each["signal"] for i, each in enumerate(case.get("joints", [])) if "signal" in each}
+    for i, swimmer in enumerate(case.get("swimmers", [])):
+        for j, arm in enumerate(swimmer.get("arms", [])):
+            signals |= {f"swimmers.{i}.arms.{j}": arm["drive"]["signal"]} if "drive" in arm else {}
+    amplitudes = {
+        path: next(v for k, v in signal.items() if k.startswith("amplitude")) for path, signal in signals.items()
+    }
+    parts = [[path for path in amplitudes if rng.random() < 0.8]]
+    if rng.random() < 0.4:
+        parts.append([parts[0].pop() for _ in range(len(parts[0]) // 2)])
+    parts = [part for part in parts if part]
+    controllers = [
+        {
+            "name": f"controller{number}",
+            "command": command,
+            "every_steps": rng.choice([1, 3, 7, 20]),
+            "sets": part,
+            "parameters": {"amplitudes": [amplitudes[path] for path in part]},
+        }
+        for number, part in enumerate(parts)
+    ]
+    return {**case, "controllers": controllers} if controllers else None
+
+
 def stop_step(case):
     """A step within the run after which there is a checkpoint."""
     return case["output"]["checkpoint"]["every_steps"]

@@ -5,6 +5,7 @@
     tests/robustness/random_cases.py --ways local                in six of them, all in one process: three times as fast
     tests/robustness/random_cases.py --seed 36 --count 20 --ways some   as the test suite does
     tests/robustness/random_cases.py --shapes                    with bodies of all shapes and obstacles
+    tests/robustness/random_cases.py --controllers               with controllers: services, in four ways
     tests/robustness/random_cases.py --write FILE                one run per case; its seed and digest, to compare with
     tests/robustness/random_cases.py --against FILE              one run per case of the file, by another build
 
@@ -27,16 +28,17 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from drawn_case import draw, stop_step
+from drawn_case import draw, stop_step, with_controllers
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 ENVIRONMENT = {**os.environ, "COPEPOD_BIN_DIR": str(PROGRAMS)}
 STEPPED = ROOT / "tests/robustness/stepped_run.py"
 MOST_ATTEMPTS = 30
+CONTROLLER = ["/usr/bin/python3", str(ROOT / "tests/robustness/drawn_controller.py")]
 LONGEST_S = 600  # a run of a second or two that takes longer is stuck, however busy the machine
 
 
@@ -69,11 +71,11 @@ class Way:
         return f"{self.transport} on {self.ranks}{resumed}"
 
 
-BASE = Way("in_process", 1)
+BASES = {False: Way("in_process", 1), True: Way("ipc", 1)}  # by whether there are controllers
 
 
 def ways(seed, which):
-    """Ways to compare with the base: all, the local ones, or two that the seed decides."""
+    """Ways to compare with the base: all, the local ones, two that the seed decides, or of services alone."""
     choose = random.Random(seed)
 
     def any_ranks():
@@ -87,17 +89,25 @@ def ways(seed, which):
     local.append(Way("stepped", any_ranks(), any_threads()))
     remote = [Way(transport, any_ranks(), any_threads()) for transport in ("ipc", "tcp")]
     resumed = Way("in_process" if which == "local" else resumed_by, choose.randint(2, 4), any_threads(), resumes=True)
+    if which == "services":
+        return [*remote, replace(resumed, transport="ipc")]
     if which == "some":  # services in every second case: they take long to start
         return [choose.choice(choose.choice([local, remote])), resumed]
     return [*local, *(remote if which == "all" else []), resumed]
 
 
-def accepted_case(seed, shapes, folder, attempt=None):
+def drawn(seed, number, shapes, controllers):
+    case = draw(seed, number, shapes)
+    return with_controllers(case, seed, CONTROLLER) if controllers else case
+
+
+def accepted_case(seed, shapes, folder, attempt=None, controllers=False):
     """(attempt, its file) of the first attempt that `check` accepts, or of a given one if it accepts that."""
     for number in range(MOST_ATTEMPTS) if attempt is None else (attempt,):
         file = folder / "case.yaml"
-        file.write_text(json.dumps(draw(seed, number, shapes), indent=1))
-        if _call([PROGRAMS / "in_process_run", "--plan", file], folder).returncode == 0:
+        case = drawn(seed, number, shapes, controllers)
+        file.write_text(json.dumps(case, indent=1))
+        if case and _call([PROGRAMS / "in_process_run", "--plan", file], folder).returncode == 0:
             return number, file
     return None, None
 
@@ -207,18 +217,18 @@ class Result:
     seconds: float = 0.0
 
 
-def compare(seed, shapes, which, keep):
+def compare(seed, shapes, which, keep, controllers=False):
     """Result of a case in the base way and others."""
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="copepod_random_") as name:
         folder = Path(name).resolve()
-        attempt, case = accepted_case(seed, shapes, folder)
+        attempt, case = accepted_case(seed, shapes, folder, None, controllers)
         if case is None:
             return Result(seed, -1, "no case", [f"none of {MOST_ATTEMPTS} attempts is accepted"])
-        base = run(case, folder / "base", BASE)
+        base = run(case, folder / "base", BASES[controllers])
         problems = [] if base.code in (0, 70) else [f"exit code {base.code}: {base.reason}"]
         step = stop_step(draw(seed, attempt, shapes))
-        for way in ways(seed, which):
+        for way in ways(seed, "services" if controllers else which):
             out = folder / str(way).replace(" ", "_")
             if way.resumes:
                 if not (folder / f"base/checkpoints/step_{step:09}").exists():  # failed before
@@ -239,7 +249,7 @@ def run_once(seed, shapes, attempt, expected):
         found, case = accepted_case(seed, shapes, folder, attempt)
         if case is None:
             return Result(seed, attempt or -1, "refused", ["refused"] if expected != "refused" else [])
-        base = run(case, folder / "base", BASE)
+        base = run(case, folder / "base", BASES[False])
         problems = [f"expected {expected}"] if expected not in (None, base.words) else []
         return Result(seed, found, base.words, problems)
 
@@ -265,6 +275,7 @@ def main():
     parser.add_argument("--write", type=Path, metavar="FILE", help="run each case once; write seed, attempt and digest")
     parser.add_argument("--against", type=Path, metavar="FILE", help="run the cases of such a file once, and compare")
     parser.add_argument("--shapes", action="store_true", help="bodies of all shapes, and obstacles")
+    parser.add_argument("--controllers", action="store_true", help="controllers set what drives the bodies")
     options = parser.parse_args()
     seeds = range(options.seed, options.seed + options.count)
     with ThreadPoolExecutor(options.jobs) as pool:
@@ -274,7 +285,8 @@ def main():
         elif options.write:
             results = pool.map(lambda seed: run_once(seed, options.shapes, None, None), seeds)
         else:
-            results = pool.map(lambda seed: compare(seed, options.shapes, options.ways, options.keep), seeds)
+            how = (options.shapes, options.ways, options.keep, options.controllers)
+            results = pool.map(lambda seed: compare(seed, *how), seeds)
         done = []
         for result in results:
             done.append(result)
