@@ -57,8 +57,7 @@ class CheckpointStore {
   /// @throws StorageError; older checkpoints stay as they are
   void commit(std::int64_t step);
 
-  /// The newest checkpoint that is complete, undamaged and of this case, or the one before `step`. Large ones take
-  /// long.
+  /// The newest complete, undamaged checkpoint of this case, or that before `step`; large ones take long to check.
   /// @throws StorageError if there is none
   [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> step = {}) const;
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
-#include <numeric>
 #include <random>
 #include <set>
 #include <tuple>
@@ -28,17 +27,6 @@ FluidSetup periodic_box(const Cell& cells, std::vector<Shape> bodies) {
   setup.bodies = std::move(bodies);
   return setup;
 }
-
-/// Maps all of its bodies.
-struct MapOfAll : BodyMap {
-  using BodyMap::BodyMap;
-  using BodyMap::update;
-  bool update() {
-    std::vector<std::int32_t> all(bodies().size());
-    std::iota(all.begin(), all.end(), 0);
-    return BodyMap::update(all);
-  }
-};
 
 /// A map over a whole box on one rank, or over the block of one of several.
 struct MapFixture {

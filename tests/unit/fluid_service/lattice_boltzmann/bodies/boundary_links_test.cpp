@@ -64,7 +64,7 @@ struct Crowd {
   std::optional<LatticeUnits> units;
   std::optional<Domain> domain;
   std::optional<PopulationLayout> layout;
-  std::optional<BodyMap> map;
+  std::optional<MapOfAll> map;
   std::optional<BoundaryLinks<double>> links;
   std::vector<double> populations;
 };

@@ -107,7 +107,7 @@ struct Box16 {
   std::optional<LatticeUnits> units;
   std::optional<Domain> domain;
   std::optional<PopulationLayout> layout;
-  std::optional<BodyMap> map;
+  std::optional<MapOfAll> map;
   std::optional<BoundaryLinks<double>> links;
   std::vector<double> populations;
   std::vector<double> returned;  ///< populations with what the body sends back

@@ -2,13 +2,26 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <tuple>
 #include <vector>
 
+#include "lattice_boltzmann/bodies/body_map.hpp"
 #include "lattice_boltzmann/kernel/surface_cells.hpp"
 #include "lattice_boltzmann/lattice/population_layout.hpp"
 
 namespace copepod::fluid {
+
+/// Maps all of its bodies.
+struct MapOfAll : BodyMap {
+  using BodyMap::BodyMap;
+  using BodyMap::update;
+  bool update() {
+    std::vector<std::int32_t> all(bodies().size());
+    std::iota(all.begin(), all.end(), 0);
+    return BodyMap::update(all);
+  }
+};
 
 /// A boundary cell: its index, its place in the block, its links and its second cells.
 using ListedCell = std::tuple<std::int64_t, Cell, std::uint32_t, std::uint32_t>;
