@@ -41,9 +41,9 @@ TEST(CoupledExchange, OverTcpFollowsTheClosedForm) {
 TEST(CoupledExchange, TellsWhatTheComponentsCanDo) {
   CoupledRun run({}, {});
   run.link->await_components();
-  EXPECT_EQ(run.link->fluid_capabilities().name, "constant drag");
-  EXPECT_TRUE(run.link->fluid_capabilities().features.contains("solver:external"));
-  EXPECT_TRUE(run.link->body_capabilities().features.contains("motion:free"));
+  EXPECT_EQ(run.link->capabilities(coupler::kFluid).name, "constant drag");
+  EXPECT_TRUE(run.link->capabilities(coupler::kFluid).features.contains("solver:external"));
+  EXPECT_TRUE(run.link->capabilities(coupler::kBody).features.contains("motion:free"));
 }
 
 TEST(CoupledExchange, ReturnsTheSummariesOfBothSolvers) {

@@ -13,8 +13,11 @@
 namespace copepod::coupler {
 namespace {
 
-void check_command(bool external, const std::vector<std::string>& command, const std::string& role,
-                   Problems& problems) {
+void check_command(bool external, const std::vector<std::string>& command, const std::string& parameters,
+                   const std::string& role, Problems& problems) {
+  if (command.empty() && !parameters.empty())
+    problems.reject("services." + role + ".parameters",
+                    "has no effect (our own solvers read keys of their sections). Remove it, or name a component.");
   if (!external || !command.empty() || problems.any_under(role + ".solver")) return;
   problems.reject(
       role + ".solver",
@@ -179,8 +182,11 @@ void check_shapes(const Case& the_case, const Assembly& assembly, Problems& prob
 
 void check_solvers(const Case& the_case, const Assembly& assembly, Problems& problems) {
   const FluidCase& fluid = the_case.fluid;
-  check_command(fluid.solver == FluidSolverChoice::external, the_case.services.fluid_command, "fluid", problems);
-  check_command(the_case.body.solver == BodySolverChoice::external, the_case.services.body_command, "body", problems);
+  const ServicesCase& services = the_case.services;
+  check_command(fluid.solver == FluidSolverChoice::external, services.fluid_command, services.fluid_parameters, "fluid",
+                problems);
+  check_command(the_case.body.solver == BodySolverChoice::external, services.body_command, services.body_parameters,
+                "body", problems);
   check_shapes(the_case, assembly, problems);
   check_obstacles(the_case, problems);
   if (computes_no_cells(fluid.solver)) warn_of_what_is_left_out(the_case, problems);

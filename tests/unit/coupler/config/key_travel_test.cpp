@@ -119,7 +119,7 @@ const Travels fluid_travels{
     {"fields.compression", {"output.fields.compression=none"}},
     {"no_slip_plane", {"fluid.no_slip_plane=none"}},
     {"trace_directory", {}},
-    {"parameters", {"services.fluid.parameters={a: 1}"}},
+    {"parameters", {"services.fluid={command: fluid, parameters: {a: 1}}"}},
 };
 
 const Travels body_travels{
@@ -200,7 +200,7 @@ const Travels body_travels{
     {"contact.friction", {"contact.friction=0.4"}},
     {"threads", {"services.body.threads=3"}},
     {"trace_directory", {}},
-    {"parameters", {"services.body.parameters={a: 1}"}},
+    {"parameters", {"body.solver={command: body, parameters: {a: 1}}"}},
 };
 
 /// Sections whose keys all go to a component, and those of their keys that do not.
