@@ -23,8 +23,10 @@ bool starts_service(int argc, char** argv);
 /// @param context  what `make_solver` receives; outlives the call
 int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks, SolverContext& context);
 
-/// The same for a body solver, and for a controller, whose command line also has `--name NAME`.
+/// The same for a body solver.
 int run_body_component(int argc, char** argv, const BodyComponent& component);
+
+/// The same for a controller; its command line also has `--name NAME`.
 int run_controller_component(int argc, char** argv, const ControllerComponent& component);
 
 }  // namespace copepod

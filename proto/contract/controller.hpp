@@ -39,7 +39,7 @@ class Controller : public Solver {
 
   /// All that `act` depends on beside its argument and the setup, for checkpoints; nothing for one that keeps nothing.
   [[nodiscard]] virtual std::string state() const { return {}; }
-  virtual void set_state(const std::string& /*state*/) {}
+  virtual void set_state(const std::string& /*state*/) {}  ///< of a checkpoint, as `state` returned it
 
   void save(const std::string& path) override;
   void restore(const std::string& path) override;
