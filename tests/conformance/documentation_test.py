@@ -96,7 +96,7 @@ class InstalledKit(unittest.TestCase):
             for path in sources
             for name in re.findall(r"\b(?:proto/|fluid_service/)?((?:[a-z_]+/)+[a-z_]+\.hpp)\b", path.read_text())
         }
-        self.assertEqual(named - headers, set())
+        self.assertEqual(named - headers, {"nlohmann/json.hpp"})  # an example reads its parameters with it
         uses_the_drive = "copepod::drive_loads({}, Eigen::VectorXd(), copepod::Kinematics(), loads);"
         with ThreadPoolExecutor(2) as pool:
             list(pool.map(self.compile, sorted(headers)))
