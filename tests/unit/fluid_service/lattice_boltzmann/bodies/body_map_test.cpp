@@ -118,6 +118,21 @@ TEST(BodyMap, SlowSphereTakesAndLosesEveryCellInTime) {
   }
 }
 
+TEST(BodyMap, FollowsABodyThatTurnsInItsPlaceAboutItsZAxis) {
+  const Shape shapes[] = {{.kind = ShapeKind::ellipsoid, .radius_m = 3.0, .extents_m = {2.0, 5.0, 3.0}},
+                          {.kind = ShapeKind::box, .radius_m = 3.0, .extents_m = {4.0, 9.0, 6.0}}};
+  for (const Shape& shape : shapes) {
+    MapFixture fixture(periodic_box({20, 20, 20}, {shape}));
+    LatticeBody& body = fixture.map.bodies()[0];
+    body.place({10.0, 10.0, 10.0}, Eigen::Quaterniond::Identity());
+    fixture.map.update();
+    body.place({10.0, 10.0, 10.0}, Eigen::Quaterniond::Identity());
+    EXPECT_FALSE(fixture.map.update());
+    body.place({10.0, 10.0, 10.0}, Eigen::Quaterniond(0.6, 0.0, 0.0, 0.8));
+    EXPECT_TRUE(fixture.map.update());
+  }
+}
+
 TEST(BodyMap, ListsUncoveredCellsWithTheBodyThatLeft) {
   MapFixture fixture(periodic_box({20, 20, 20}, {{ShapeKind::sphere, 4.0, 0.0}}));
   fixture.map.bodies()[0].position = {10.0, 10.0, 10.0};
