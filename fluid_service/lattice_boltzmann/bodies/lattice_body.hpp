@@ -136,11 +136,15 @@ inline double entry_into_sphere(const Eigen::Vector3d& r, const Eigen::Vector3d&
   return first_root(e.squaredNorm(), r.dot(e), r.squaredNorm() - radius * radius);
 }
 
-/// The same for an ellipsoid: (r + q e)·A (r + q e) = 1, with the bits of exchange_groups.
+/// The same for an ellipsoid: (r + q e)·A (r + q e) = 1. Sums are in the order of exchange_groups.
 inline double entry_into_ellipsoid(const Eigen::Matrix3d& A, const Eigen::Vector3d& r, const Eigen::Vector3d& e) {
-  const Eigen::Vector3d A_r = A * r;
-  const Eigen::Vector3d A_e = A * e;
-  return first_root(e.dot(A_e), e.dot(A_r), r.dot(A_r) - 1.0);
+  const auto dot = [](const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  double A_r[3], A_e[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    A_r[axis] = dot(&A(0, axis), r.data());
+    A_e[axis] = dot(&A(0, axis), e.data());
+  }
+  return first_root(dot(e.data(), A_e), dot(e.data(), A_r), dot(r.data(), A_r) - 1.0);
 }
 
 /// The same for a capsule: the first of its end spheres and its cylinder.

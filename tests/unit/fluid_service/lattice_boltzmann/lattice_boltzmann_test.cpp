@@ -119,9 +119,11 @@ TEST_F(Obstacles, AreBodiesThatNeverMoveAndMayReachBeyondFaces) {
 // Links of the body are computed by lanes, and one by one as those of a compound. The obstacle is aslant: links enter
 // it further from its centre than from that of its image.
 TEST_F(Obstacles, AndBodiesThatAreEllipsoidsAreLikeCompoundsOfOne) {
+  setup_.moving_boundary = MovingBoundary::parabolic;
   setup_.bodies = {{.kind = ShapeKind::ellipsoid, .radius_m = 2.1, .extents_m = {1.5, 2.2, 2.9}}};
   const Shape needle{.kind = ShapeKind::ellipsoid, .radius_m = 3.0, .extents_m = {1.8, 1.8, 13.0}};
   setup_.obstacles = {{"needle", needle, {14.2, 8.1, 8.3}, {0.8, 0.6, 0.0, 0.0}}};
+  kinematics_.position_m(0, 0) = 7.2;
   kinematics_.orientation_wxyz.col(0) << 0.8, 0.36, 0.48, 0.0;
   kinematics_.angular_velocity_rad_per_s.col(0) << 0.002, 0.001, -0.003;
   const std::uint64_t found = digest_after_20_steps(setup_, kinematics_);
