@@ -148,6 +148,25 @@ TEST_F(Fields, OfAnotherRegionThanBeforeARestartAreDescribedAsTheyAre) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() + "/fields/uncompressed"));
 }
 
+TEST_F(Fields, HaveTheVorticityAcrossBlocksThatBodiesMakeUnequal) {
+  setup_.domain_cells = {24, 6, 6};
+  setup_.symmetry_planes = {};
+  setup_.bodies.resize(20);
+  FieldBlock block;
+  block.box = BlockPartition(setup_.domain_cells, ranks_.size(), setup_.bodies.size()).block(ranks_.rank());
+  EXPECT_NE(ranks_.size() > 1, block.box == BlockPartition(setup_.domain_cells, ranks_.size()).block(ranks_.rank()));
+  for_each_cell(block.box, [&](const Cell& cell) {
+    block.velocity_m_per_s.insert(block.velocity_m_per_s.end(), {0.0, 3e-6 * static_cast<double>(cell[0]), 0.0});
+    block.body.push_back(0);
+  });
+  const std::vector<double> vorticity = Vorticity(setup_, ranks_)(block);
+  std::size_t next = 0;
+  for_each_cell(block.box, [&](const Cell& cell) {
+    EXPECT_TRUE(cell[0] == 0 || cell[0] == 23 || std::abs(vorticity[next + 2] - 3.0) < 1e-12) << cell[0];
+    next += 3;
+  });
+}
+
 TEST_F(Fields, RefuseARegionWithoutCells) {
   setup_.fields.region_cells = {8, 9, 0, 0, 0, 0};
   EXPECT_THROW(FieldWriter(setup_.fields, setup_, ranks_), CaseError);

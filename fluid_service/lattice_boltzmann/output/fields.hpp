@@ -9,6 +9,7 @@
 
 #include "contract/fluid_setup.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
+#include "lattice_boltzmann/lattice/population_layout.hpp"
 #include "ranks/block_partition.hpp"
 #include "ranks/communicator.hpp"
 
@@ -125,34 +126,57 @@ FilePart<T> MirrorImages::image(const Box& block, const std::vector<T>& values, 
   return part;
 }
 
-/// Vorticity of the velocity field of output, by central differences.
-///   ω = ∇ × u,   ∂u/∂x ≈ (u(x + Δx) − u(x − Δx)) / (2 Δx)
-/// In cells of bodies it is zero; beside them, their surface velocity is that of the cells they cover. Beyond a mirror
-/// lies the mirror image, beyond a wall 2 u_wall − u, which is exact for linear flow; beside an open face, or one whose
-/// velocity varies in place or time, the difference is one-sided. One layer of velocities travels between ranks, so
-/// every decomposition gives the same bits.
+/// Velocities of a rank's cells and of the cells around them, for central differences.
+///   ∂u/∂x ≈ (u(x + Δx) − u(x − Δx)) / (2 Δx)
+/// Cells of bodies have the velocity of the surface that covers them. Beyond a mirror lies the mirror image, beyond a
+/// wall 2 u_wall − u, which is exact for linear flow; beside an open face, or one whose velocity varies in place or
+/// time, the difference is one-sided. One layer of velocities travels between ranks, so every decomposition gives the
+/// same bits.
+class GhostedVelocity {
+ public:
+  /// @param setup         with the bodies by which the cells are cut into blocks
+  /// @param unit          of the velocities, of one cell per step
+  /// @param communicator  outlives this object
+  GhostedVelocity(const FluidSetup& setup, const Box& block, double unit, Communicator& communicator);
+
+  [[nodiscard]] const PopulationLayout& layout() const { return layout_; }
+  [[nodiscard]] const std::array<std::int64_t, 3>& stride() const { return stride_; }  ///< of indices, by axis
+  /// Component i, by the layout's index of a cell.
+  [[nodiscard]] double* component(int i) { return u_[i].data(); }
+  /// Collective, after the velocities of all cells of the block have been set.
+  void fill_ghosts();
+  /// ∂u_i/∂x_j in a cell, per cell size.
+  [[nodiscard]] double gradient(int i, int j, std::int64_t cell) const {
+    return 0.5 * (u_[i][cell + stride_[j]] - u_[i][cell - stride_[j]]);
+  }
+
+ private:
+  [[nodiscard]] int rank_beyond(int axis, bool high) const;
+  /// Of the block, the cells along an axis that are next to a face, or beyond it.
+  [[nodiscard]] Box layer(int axis, bool high, bool beyond) const;
+  void fill_locally(int axis, bool high);
+
+  Domain domain_;
+  BlockPartition partition_;
+  PopulationLayout layout_;
+  double unit_;
+  Communicator& communicator_;
+  std::array<std::int64_t, 3> stride_;
+  std::array<std::vector<double>, 3> u_;
+};
+
+/// Vorticity ω = ∇ × u of the velocity field of output, zero in cells of bodies.
 class Vorticity {
  public:
   /// @param communicator  of ranks that hold the blocks of BlockPartition; outlives this object
-  Vorticity(const FluidSetup& setup, Communicator& communicator);
+  Vorticity(const FluidSetup& setup, Communicator& communicator) : setup_(setup), communicator_(communicator) {}
 
   /// Collective.
   /// @return [1/s], shape (x, y, z, 3) as the velocity
   [[nodiscard]] std::vector<double> operator()(const FieldBlock& block) const;
 
  private:
-  /// Velocities in the layer of ghost cells beyond a face of the block, in the order of its cells; none: open.
-  using Layer = std::optional<std::vector<double>>;
-
-  [[nodiscard]] int rank_beyond(const Box& block, int axis, bool high) const;
-  [[nodiscard]] std::array<Layer, 6> layers_around(const FieldBlock& block) const;
-  [[nodiscard]] Layer local_layer(const FieldBlock& block, int axis, bool high) const;
-  void receive_layers(const FieldBlock& block, std::array<Layer, 6>& layers) const;
-
-  LatticeUnits units_;
-  Domain domain_;
-  BlockPartition partition_;
-  double cell_size_m_;
+  FluidSetup setup_;
   Communicator& communicator_;
 };
 
