@@ -52,7 +52,8 @@ TEST(ChaosOfAllKinds, ChangesNothingForComponentsInPython) {
   protocol_test::CoupledRun undisturbed({}, {}, {}, "", {python("stokes_drag_fluid.py"), python("point_masses.py")});
   undisturbed.begin();
   undisturbed.advance(steps);
-  DisturbedRun disturbed({.seed = 3}, {}, {python("stokes_drag_fluid.py"), python("point_masses.py")});
+  DisturbedRun disturbed({.seed = 3}, DisturbedRun::over_a_network(),
+                         {python("stokes_drag_fluid.py"), python("point_masses.py")});
   EXPECT_EQ(disturbed.run(steps), undisturbed.digests());
 }
 

@@ -33,7 +33,7 @@ class Arguments(unittest.TestCase):
     def test_refusals(self):
         for words, reason in (
             ("run c.yaml --resume --branch-from d", "argument --branch-from: not allowed with argument --resume"),
-            ("replay r", "one of the arguments --fluid --body --as is required"),
+            ("replay r", "one of the arguments --fluid --body --controller --as is required"),
             ("export r --author a", "the following arguments are required: --license"),
             ("run c.yaml --progress text", "invalid choice: 'text' (choose from 'auto', 'json')"),
             ("run c.yaml --fluid=", "--fluid: the command is empty"),
