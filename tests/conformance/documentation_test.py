@@ -18,6 +18,7 @@ from pathlib import Path
 
 import protocol_vectors
 from copepod_component import validation
+from copepod_component.errors import Refused
 from copepod_conformance import protocol, suite
 from copepod_conformance.cases import BodyCase, ControllerCase, FluidCase
 
@@ -168,6 +169,13 @@ class ProtocolPage(unittest.TestCase):
             self.assertIn(text, limits)
         kit = (validation.MESSAGE_BYTES, validation.ENTRIES, validation.CELLS, validation.STRING_BYTES)
         self.assertEqual(kit, (256 << 20, 1_000_000, 10**12, 4096))
+
+    def test_the_python_kit_wants_all_six_faces(self):
+        setup = FluidCase(set()).setup_request().fluid_setup
+        validation.check_setup(setup)
+        del setup.boundaries[5]
+        with self.assertRaisesRegex(Refused, "boundaries has 5 entries, not 6"):
+            validation.check_setup(setup)
 
     def test_the_message_sequence_is_the_one_of_the_table(self):
         """Each request of the coupler is followed by the reply that the table has for it; no request is missing."""

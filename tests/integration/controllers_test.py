@@ -52,7 +52,7 @@ class Controllers(WholeRunTest):
         return ["/usr/bin/python3", str(path)]
 
     def test_a_run_of_which_anything_was_killed_ends_as_one_that_was_not(self):
-        """In either language, which decide alike to rounding; over both transports."""
+        """In either language, and over tcp."""
         undisturbed = {pilot: self.digest(f"undisturbed {pilot}", pilot) for pilot in PILOTS}
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))

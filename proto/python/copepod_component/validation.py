@@ -119,7 +119,7 @@ def _check(message):
 
 
 def _check_length(field, entries):
-    if field.type in (FieldDescriptor.TYPE_MESSAGE, FieldDescriptor.TYPE_STRING):
+    if field.type in (FieldDescriptor.TYPE_MESSAGE, FieldDescriptor.TYPE_STRING) and field.name not in _LENGTHS:
         if len(entries) > ENTRIES:
             raise _refused(f"{field.name} has {len(entries)} entries, at most {ENTRIES} are allowed")
     elif field.name not in _OF_ANY_LENGTH and len(entries) not in _LENGTHS.get(field.name, (3,)):
