@@ -25,6 +25,7 @@ TrajectoryFile csv_trajectory(const std::string& path, const std::vector<std::st
       "wz_rad_per_s,fx_N,fy_N,fz_N,tx_N_m,ty_N_m,tz_N_m,drive_fx_N,drive_fy_N,drive_fz_N",
       end);
   std::vector<std::string> names;
+  names.reserve(body_names.size());
   for (const std::string& name : body_names) names.push_back(csv_field(name));
   const auto add = [&to = *file, names, row = std::string()](const StepRecord& record, double time_s) mutable {
     const Kinematics& state = record.kinematics;

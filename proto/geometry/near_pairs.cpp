@@ -13,6 +13,7 @@ constexpr double margin_per_radius = 0.25;
 
 std::vector<double> margins_m(const std::vector<Shape>& shapes) {
   std::vector<double> margins;
+  margins.reserve(shapes.size());
   for (const Shape& shape : shapes) margins.push_back(margin_per_radius * shape.radius_m);
   return margins;
 }
@@ -21,6 +22,7 @@ std::vector<double> margins_m(const std::vector<Shape>& shapes) {
 std::vector<double> ball_radii_m(const std::vector<Shape>& shapes, double reach_m,
                                  const std::vector<double>& margin_m) {
   std::vector<double> radii;
+  radii.reserve(shapes.size());
   for (const Shape& shape : shapes) radii.push_back(bounding_radius_m(shape) + 0.5 * reach_m + margin_m[radii.size()]);
   return radii;
 }

@@ -182,6 +182,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
   require_bodies(the_case.springs, "springs");
   require_bodies(the_case.bends, "bends");
   require_bodies(the_case.actuators, "actuators");
+  std::set<std::string> components{"fluid", "body", "coupler"};
   std::map<std::string, std::string> steered;
   for (std::size_t i = 0; i < the_case.controllers.size(); ++i) {
     const std::string path = "controllers." + std::to_string(i);
@@ -195,11 +196,7 @@ void check_names(const Case& the_case, const Assembly& assembly, Problems& probl
         problems.reject(path + ".sets", "names " + actuator + " (so does " + steered[actuator] +
                                             ", and it has one value). Let one of them set it.");
     }
-    const auto has_name = [&](const ControllerCase& each) { return each.name == controller.name; };
-    const bool is_taken = controller.name == "fluid" || controller.name == "body" || controller.name == "coupler" ||
-                          std::find_if(the_case.controllers.begin(), the_case.controllers.begin() + i, has_name) !=
-                              the_case.controllers.begin() + i;
-    if (is_taken && !controller.name.empty())
+    if (!controller.name.empty() && !components.insert(controller.name).second)
       problems.reject(path + ".name", "is '" + controller.name + "' (another component has this name). Rename it.");
   }
   seen.emplace(NamedJoint::world, "");  // in joints only
