@@ -48,7 +48,8 @@ int copepod_observe(int64_t simulation, copepod_state* state);
 
 /* Gives an actuator, counted from 0 in the order of copepod_describe, another value in place of the case's signal, from
  * the next step on: reached linearly within `steps` steps, at once if 0. Forces in N, torques in N m, rest lengths in m
- * beside the spring's, joints in rad or m since step 0, controls in the model's units. */
+ * beside the spring's, joints in rad or m since step 0, controls in the model's units; of a prescribed body the factor
+ * of its velocities. */
 int copepod_act(int64_t simulation, int64_t actuator, double value, int64_t steps);
 
 /* Keeps the whole state in memory (fluid, bodies, coupler, actuators), returns to it any number of times, also after a

@@ -165,7 +165,7 @@ class Simulation {
   }
 
   void act(std::int64_t actuator, double value, std::int64_t steps) {
-    const std::size_t count = loaded_.assembly.drive.size();
+    const std::size_t count = loaded_.assembly.drive_paths.size();
     require(actuator >= 0 && actuator < static_cast<std::int64_t>(count),
             "actuator " + std::to_string(actuator) + " is not there (the case has " + std::to_string(count) +
                 "). See copepod_describe.");

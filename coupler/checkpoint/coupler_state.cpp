@@ -74,6 +74,10 @@ void visit_members(Is<BalanceSums> auto& sums, const auto& visit) {
                   from_fluid_J, from_drive_J);
 }
 
+void visit_members(Is<DrivingProtocol::Way> auto& way, const auto& visit) {
+  COPEPOD_MEMBERS(visit, way, summed_steps, steps, excess);
+}
+
 template <typename Members>
 requires std::is_aggregate_v<Members> ordered_json encoded(const Members& members) {
   ordered_json json;
@@ -105,6 +109,8 @@ template std::uint64_t whole_number(const ordered_json&);
 ordered_json to_json(const CouplerState& state) {
   ordered_json swimmers = ordered_json::array();
   for (const CycleSums& sums : state.swimmers) swimmers.push_back(encoded(sums));
+  ordered_json ways = ordered_json::array();
+  for (const DrivingProtocol::Way& way : state.ways) ways.push_back(encoded(way));
   ordered_json tables = ordered_json::object();
   for (const auto& [name, end] : state.tables) tables[name] = {{"bytes", end.bytes}, {"checksum", end.checksum}};
   return {{"step", state.step},
@@ -117,6 +123,7 @@ ordered_json to_json(const CouplerState& state) {
           {"mean", {{"start", state.mean.start}, {"every_steps", state.mean.every_steps}}},
           {"loads", encoded(state.loads)},
           {"steered", state.steered},
+          {"ways", ways},
           {"components", {{"fluid", state.fluid_component}, {"body", state.body_component}}}};
 }
 
@@ -134,9 +141,10 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
                             whole_number<std::uint64_t>(end.at("checksum"))};
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};
-    if (json.contains("loads")) {  // states of older versions lack both
+    if (json.contains("loads")) {  // states of older versions lack it, and what drives were steered to
       decode(json.at("loads"), state.loads);
       json.at("steered").get_to(state.steered);
+      for (const ordered_json& way : json.at("ways")) decode(way, state.ways.emplace_back());
     }
     json.at("components").at("fluid").get_to(state.fluid_component);
     json.at("components").at("body").get_to(state.body_component);

@@ -9,6 +9,7 @@
 #include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
+#include "driving/driving_protocol.hpp"
 #include "storage/table_file.hpp"
 
 namespace copepod::coupler {
@@ -23,17 +24,18 @@ struct MeanSampling {
 
 /// The coupler's own part of what continues a run bit for bit; the solvers save the rest.
 struct CouplerState {
-  std::int64_t step = 0;                     ///< that comes next
-  std::int64_t first_step = 0;               ///< of the run; not 0 for one that starts from another run's checkpoint
-  Loads previous_loads;                      ///< of the load averaging; no bodies: none yet
-  Kinematics previous_kinematics;            ///< of the virtual masses; no bodies: none yet, or none needed
-  std::vector<CycleSums> swimmers;           ///< of the analysis, in the order of the case
-  BalanceSums balance;                       ///< since the run started
-  TableEnds tables;                          ///< where the tables of the run directory ended
-  MeanSampling mean;                         ///< the fluid keeps its sums of the mean field for these steps only
-  Loads loads;                               ///< hydrodynamic, of the step before
-  std::vector<std::vector<double>> steered;  ///< DrivingProtocol::steered
-  std::string fluid_component;               ///< name of the component whose state lies beside this one; empty: unknown
+  std::int64_t step = 0;            ///< that comes next
+  std::int64_t first_step = 0;      ///< of the run; not 0 for one that starts from another run's checkpoint
+  Loads previous_loads;             ///< of the load averaging; no bodies: none yet
+  Kinematics previous_kinematics;   ///< of the virtual masses; no bodies: none yet, or none needed
+  std::vector<CycleSums> swimmers;  ///< of the analysis, in the order of the case
+  BalanceSums balance;              ///< since the run started
+  TableEnds tables;                 ///< where the tables of the run directory ended
+  MeanSampling mean;                ///< the fluid keeps its sums of the mean field for these steps only
+  Loads loads;                      ///< hydrodynamic, of the step before
+  std::vector<DrivingProtocol::Course> steered;
+  std::vector<DrivingProtocol::Way> ways;  ///< of prescribed bodies
+  std::string fluid_component;             ///< name of the component whose state lies beside this one; empty: unknown
   std::string body_component;
 };
 

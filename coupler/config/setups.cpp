@@ -8,6 +8,7 @@
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
 #include "contract/words.hpp"
+#include "driving/prescribed_bodies.hpp"
 #include "geometry/contact_time.hpp"
 #include "geometry/near_pairs.hpp"
 
@@ -183,7 +184,7 @@ ControllerSetup make_controller_setup(const Case& the_case, const Assembly& asse
 }
 
 double unit_of_actuator(const Assembly& assembly, std::size_t number) {
-  const int spring = assembly.drive_springs[number];
+  const int spring = number < assembly.drive.size() ? assembly.drive_springs[number] : -1;
   return spring < 0 ? 1.0 : assembly.springs[static_cast<std::size_t>(spring)].stiffness_N_per_m;
 }
 
@@ -196,7 +197,8 @@ AttachedController attached(std::unique_ptr<Controller> controller, const Contro
   for (const std::string& path : setup.actuators) {
     const auto number =
         static_cast<std::size_t>(std::ranges::find(assembly.drive_paths, path) - assembly.drive_paths.begin());
-    const bool moves = assembly.drive[number].actuator.kind == ActuatorKind::joint_motion;
+    const bool moves = number >= assembly.drive.size() ||  // a prescribed body
+                       assembly.drive[number].actuator.kind == ActuatorKind::joint_motion;
     result.actuators.push_back({number, unit_of_actuator(assembly, number), moves});
   }
   return result;

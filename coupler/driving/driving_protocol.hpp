@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,23 +20,32 @@ struct DrivenActuator {
   Signal signal;
 };
 
-/// The drive of a case: all actuators, sampled at any place inside a step.
+/// A body whose velocities are those of its specification times a signal.
+struct PrescribedBody {
+  int body = 0;
+  Signal signal;
+};
+
+/// What drives a case: its actuators, sampled at any place inside a step, and behind them its prescribed bodies.
 class DrivingProtocol {
  public:
-  explicit DrivingProtocol(const std::vector<DrivenActuator>& drive) {
+  explicit DrivingProtocol(const std::vector<DrivenActuator>& drive, const std::vector<PrescribedBody>& prescribed = {})
+      : ways_(prescribed.size()) {
     for (const auto& [actuator, signal] : drive) {
       actuators_.push_back(actuator);
       signals_.push_back(signal);
       starts_.push_back(actuator.kind == ActuatorKind::joint_motion ? value_of(signal, 0, 0.0) : 0.0);
-      steered_.emplace_back();
     }
+    for (const PrescribedBody& each : prescribed) signals_.push_back(each.signal);
+    starts_.resize(signals_.size());
+    steered_.resize(signals_.size());
   }
 
   /// Values at times (step + node) of one step; of joints what they have moved since step 0.
   /// @param nodes      fractions of the step
   /// @param actuation  resized to (actuators, nodes) and overwritten
   void sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const {
-    actuation.resize(static_cast<Eigen::Index>(signals_.size()), static_cast<Eigen::Index>(nodes.size()));
+    actuation.resize(static_cast<Eigen::Index>(actuators_.size()), static_cast<Eigen::Index>(nodes.size()));
     for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
       for (Eigen::Index node = 0; node < actuation.cols(); ++node)
         actuation(i, node) = value_of(signals_[i], step, nodes[node]);
@@ -43,27 +53,54 @@ class DrivingProtocol {
     }
   }
 
-  /// From the start of `step` on, in place of the signal of the case: a value that changes linearly within so many
-  /// steps from what it is then, at once if none, and stays.
-  void steer(std::size_t actuator, std::int64_t step, double value, std::int64_t steps) {
-    const auto start_steps = static_cast<double>(step);
-    const double from = value_of(signals_[actuator], step, 0.0) - starts_[actuator];
-    const double end_steps = start_steps + static_cast<double>(steps);
-    follow(actuator, steps > 0 ? Course{start_steps, from, end_steps, value} : Course{start_steps, value});
+  /// Signal of a prescribed body at the start of a step, and its integral from step 0 on [steps]. Of later steps only,
+  /// one after the other: after a restart all are summed anew, in the same order, and the sum keeps its bits.
+  std::pair<double, double> prescribed(std::size_t number, std::int64_t step) {
+    const Signal& signal = signals_[actuators_.size() + number];
+    Way& way = ways_[number];
+    for (; way.summed_steps < step; ++way.summed_steps) {
+      const double part = integral_over_step(signal, way.summed_steps) - way.excess;
+      const double before = std::exchange(way.steps, way.steps + part);
+      way.excess = (way.steps - before) - part;
+    }
+    return {value_of(signal, step, 0.0), way.steps};
   }
 
-  /// Time [steps] and value of one or two points that an actuator moves between since it was steered; empty: never.
+  /// From the start of `step` on, in place of the signal of the case: a value that changes linearly within so many
+  /// steps from what it is then, at once if none, and stays.
+  /// @param number  of the actuator, or of the prescribed body behind them
+  void steer(std::size_t number, std::int64_t step, double value, std::int64_t steps) {
+    const auto start_steps = static_cast<double>(step);
+    const double from = value_of(signals_[number], step, 0.0) - starts_[number];
+    const double end_steps = start_steps + static_cast<double>(steps);
+    follow(number, steps > 0 ? Course{start_steps, from, end_steps, value} : Course{start_steps, value});
+  }
+
+  /// Time [steps] and value of one or two points that something moves between since it was steered; empty: never.
   using Course = std::vector<double>;
   [[nodiscard]] const std::vector<Course>& steered() const { return steered_; }
 
   /// Continues a course.
-  void follow(std::size_t actuator, const Course& course) {
-    starts_[actuator] = 0.0;
-    signals_[actuator] = {.kind = SignalKind::table, .amplitude = 1.0, .table = {}};
-    for (std::size_t i = 0; i + 1 < course.size(); i += 2)
-      signals_[actuator].table.push_back({course[i], course[i + 1]});
-    steered_[actuator] = course;
+  void follow(std::size_t number, const Course& course) {
+    starts_[number] = 0.0;
+    signals_[number] = {.kind = SignalKind::table, .amplitude = 1.0, .table = {}};
+    for (std::size_t i = 0; i + 1 < course.size(); i += 2) signals_[number].table.push_back({course[i], course[i + 1]});
+    steered_[number] = course;
   }
+
+  /// ∫ w dt over so many steps of a signal w, and what rounding added to it, which the next part lacks [Kahan, CACM 8,
+  /// 40, 1965].
+  struct Way {
+    std::int64_t summed_steps = 0;
+    double steps = 0.0;
+    double excess = 0.0;
+
+    bool operator==(const Way&) const = default;
+  };
+  /// Of the prescribed bodies.
+  [[nodiscard]] const std::vector<Way>& ways() const { return ways_; }
+  /// Continues the way of one that was steered.
+  void resume_way(std::size_t number, const Way& way) { ways_[number] = way; }
 
   /// What the values at the start of a step exert on the bodies.
   /// @param kinematics  at the start of the step
@@ -74,9 +111,10 @@ class DrivingProtocol {
 
  private:
   std::vector<ActuatorSpecification> actuators_;
-  std::vector<Signal> signals_;
-  std::vector<double> starts_;  ///< of joints, at step 0
+  std::vector<Signal> signals_;  ///< of the prescribed bodies, too
+  std::vector<double> starts_;   ///< of joints, at step 0
   std::vector<Course> steered_;
+  std::vector<Way> ways_;
 };
 
 }  // namespace copepod::coupler

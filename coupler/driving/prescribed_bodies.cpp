@@ -52,14 +52,16 @@ void take_out(const std::vector<PrescribedBody>& prescribed, BodySetup& setup) {
 }
 
 PrescribedBodies::PrescribedBodies(std::unique_ptr<BodySolver> others, const std::vector<BodySpecification>& bodies,
-                                   std::vector<PrescribedBody> prescribed, const BodySetup& setup)
+                                   const std::vector<PrescribedBody>& prescribed, DrivingProtocol& driving,
+                                   const BodySetup& setup)
     : others_(std::move(others)),
       bodies_(bodies),
-      prescribed_(std::move(prescribed)),
-      free_(all_but(prescribed_, bodies.size())),
+      free_(all_but(prescribed, bodies.size())),
+      driving_(driving),
       step_s_(setup.step_s),
-      overlaps_(shapes_of(bodies), {setup.periodic_length_m}),
-      signal_sums_(prescribed_.size()) {}
+      overlaps_(shapes_of(bodies), {setup.periodic_length_m}) {
+  for (const PrescribedBody& each : prescribed) prescribed_.push_back(each.body);
+}
 
 void PrescribedBodies::kinematics(Kinematics& kinematics) {
   others_->kinematics(others_kinematics_);
@@ -84,20 +86,11 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
   kinematics.orientation_wxyz(Eigen::all, free_) = others_kinematics_.orientation_wxyz;
   kinematics.velocity_m_per_s(Eigen::all, free_) = others_kinematics_.velocity_m_per_s;
   kinematics.angular_velocity_rad_per_s(Eigen::all, free_) = others_kinematics_.angular_velocity_rad_per_s;
-  // After a restart all steps are summed anew, in the same order: the sum keeps its bits.
-  for (; summed_steps_ < step; ++summed_steps_) {
-    for (std::size_t i = 0; i < prescribed_.size(); ++i) {
-      auto& [sum, excess] = signal_sums_[i];
-      const double part = integral_over_step(prescribed_[i].signal, summed_steps_) - excess;
-      const double before = std::exchange(sum, sum + part);
-      excess = (sum - before) - part;
-    }
-  }
   for (std::size_t i = 0; i < prescribed_.size(); ++i) {
-    const auto& [number, signal] = prescribed_[i];
-    const BodySpecification& body = bodies_[number];
-    const double time_s = signal_sums_[i].steps * step_s_;
-    const double factor = value_of(signal, step, 0.0);
+    const Eigen::Index number = prescribed_[i];
+    const BodySpecification& body = bodies_[static_cast<std::size_t>(number)];
+    const auto [factor, way_steps] = driving_.prescribed(i, step);
+    const double time_s = way_steps * step_s_;
     kinematics.position_m.col(number) = body.position_m + time_s * body.velocity_m_per_s;
     kinematics.orientation_wxyz.col(number) = rotated(time_s * body.angular_velocity_rad_per_s, body.orientation_wxyz);
     kinematics.velocity_m_per_s.col(number) = factor * body.velocity_m_per_s;
@@ -106,11 +99,11 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
 }
 
 void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
-  for (const PrescribedBody& prescribed : prescribed_) {
-    const BodySpecification& A = bodies_[prescribed.body];
+  for (const Eigen::Index prescribed : prescribed_) {
+    const BodySpecification& A = bodies_[static_cast<std::size_t>(prescribed)];
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       const BodySpecification& B = bodies_[b];
-      if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed.body), static_cast<int>(b), kinematics.position_m,
+      if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed), static_cast<int>(b), kinematics.position_m,
                                           kinematics.orientation_wxyz) > 0.0))
         continue;
       throw SolverError("body '" + A.name + "' met body '" + B.name +

@@ -147,7 +147,8 @@ void CaseRun::make_solvers(BodySetup body, const std::optional<FoundCheckpoint>&
   body_ = components_.make_body(sent, first);
   if (lowers_) body_ = std::make_unique<LoweredBodies>(std::move(body_), body);
   const auto& [bodies, prescribed] = std::tie(loaded_.assembly.bodies, loaded_.assembly.prescribed);
-  if (!prescribed.empty()) body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, body);
+  if (!prescribed.empty())
+    body_ = std::make_unique<PrescribedBodies>(std::move(body_), bodies, prescribed, driving_, body);
   fluid_ = components_.make_fluid(fluid, first);
   if (!checkpoint) return;
   body_->restore((checkpoint->folder / body_file).string());
@@ -174,7 +175,9 @@ SolversByFile CaseRun::solvers() const {
 /// A branch may have other controllers than the run that it starts from: those begin anew.
 Controllers CaseRun::make_controllers(const std::optional<FoundCheckpoint>& checkpoint) {
   std::vector<AttachedController> all;
-  const bool knows_drive = checkpoint && checkpoint->state.steered.size() == loaded_.assembly.drive.size();
+  const std::size_t actuators = loaded_.assembly.drive.size();
+  const bool knows_drive = checkpoint && checkpoint->state.steered.size() == loaded_.assembly.drive_paths.size() &&
+                           checkpoint->state.ways.size() == loaded_.assembly.prescribed.size();
   for (std::size_t i = 0; i < loaded_.content.controllers.size(); ++i) {
     ControllerSetup setup = make_controller_setup(loaded_.content, loaded_.assembly, i);
     if (!trace_directory_.empty()) setup.trace_directory = trace_directory_;
@@ -183,9 +186,11 @@ Controllers CaseRun::make_controllers(const std::optional<FoundCheckpoint>& chec
     if (!checkpoint) continue;
     const std::filesystem::path file = checkpoint->folder / controller_file(setup.name);
     if (std::filesystem::exists(file)) all.back().controller->restore(file.string());
-    for (const auto& actuator : all.back().actuators)
-      if (knows_drive && !checkpoint->state.steered[actuator.number].empty())
-        driving_.follow(actuator.number, checkpoint->state.steered[actuator.number]);
+    for (const auto& [number, factor, moves] : all.back().actuators) {
+      if (!knows_drive || checkpoint->state.steered[number].empty()) continue;
+      driving_.follow(number, checkpoint->state.steered[number]);
+      if (number >= actuators) driving_.resume_way(number - actuators, checkpoint->state.ways[number - actuators]);
+    }
   }
   return {std::move(all), driving_};
 }
@@ -243,6 +248,7 @@ CouplerState CaseRun::state() {
           mean_sampling(loaded_.content.output),
           scheme_->loads(),
           driving_.steered(),
+          driving_.ways(),
           components_.fluid_capabilities().name,
           components_.body_capabilities().name};
 }

@@ -43,7 +43,7 @@ class CaseRun {
         components_(components),
         events_(events),
         signals_(signals),
-        driving_(loaded.assembly.drive) {}
+        driving_(loaded.assembly.drive, loaded.assembly.prescribed) {}
 
   /// @param branch    where a run starts that is Beginning::branched
   /// @param on_ready  called with the first step, once both components are connected and the checkpoint was found

@@ -67,6 +67,35 @@ class SimulationTest(unittest.TestCase):
                 self.assertEqual((sim.steps, len(sim.actuators)), (150, 2))
                 self.assertAlmostEqual(sim.time_s, 150 * 7.5e-10)
 
+    def test_a_prescribed_body_moves_as_by_a_signal_of_the_case(self):
+        """Of 1, then within 20 steps to −0.5, kept through a snapshot."""
+        ball = {"name": "ball", "radius_m": 2e-6, "mass_kg": 5e-14, "position_m": [8e-6, 8e-6, 8e-6]}
+        motion = {"velocity_m_per_s": [3.0, 0, 0], "angular_velocity_rad_per_s": [0, 2e6, 0]}
+        table = {"kind": "table", "times_steps": [0, 10, 30], "values": [1.0, 1.0, -0.5]}
+        fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1360, "kinematic_viscosity_m2_per_s": 7.36e-5}
+        fluid |= {"cell_size_m": 1e-6, "domain_cells": [16, 16, 16]}
+        fluid["boundaries"] = dict.fromkeys("xyz", "periodic")
+
+        def opened(signal):
+            moved = {**ball, "motion": {"prescribed": {**motion, "signal": signal}}}
+            case = {"case": "ball", "fluid": fluid, "step_s": 7.5e-10, "bodies": [moved], "run": {"steps": 60}}
+            return copepod.Simulation(case)
+
+        with opened(table) as given, opened({"kind": "constant", "amplitude": 1.0}) as sim:
+            self.assertEqual(sim.actuators.paths, ["bodies.0.motion.prescribed"])
+            sim.step(10)
+            sim.actuators.move(0, -0.5, 20)
+            sim.step(5)
+            middle = sim.snapshot()
+            sim.actuators[0] = 7.0
+            sim.step(5)
+            sim.restore(middle)
+            sim.step(45)
+            given.step(60)
+            self.assertAlmostEqual(given.bodies.position_m[0, 0], 8e-6 + 3.0 * 7.5e-10 * (10 + 5 - 15), delta=1e-20)
+            for name in ("position_m", "orientation_wxyz", "velocity_m_per_s", "force_N", "torque_N_m"):
+                numpy.testing.assert_allclose(getattr(sim.bodies, name), getattr(given.bodies, name), rtol=1e-9, atol=0)
+
     def test_an_interrupt_ends_a_long_step_at_once_with_the_state_whole(self):
         before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
         self.addCleanup(signal.signal, signal.SIGINT, before)

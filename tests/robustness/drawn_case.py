@@ -33,6 +33,9 @@ def with_controllers(case, seed, command):
     rng = random.Random(f"controllers {seed}")
     signals = {f"actuators.{i}": each["signal"] for i, each in enumerate(case.get("actuators", []))}
     signals |= {f"joints.{i}": each["signal"] for i, each in enumerate(case.get("joints", [])) if "signal" in each}
+    for i, body in enumerate(case.get("bodies", [])):
+        if isinstance(body.get("motion"), dict):
+            signals[f"bodies.{i}.motion.prescribed"] = body["motion"]["prescribed"]["signal"]
     for i, swimmer in enumerate(case.get("swimmers", [])):
         for j, arm in enumerate(swimmer.get("arms", [])):
             signals |= {f"swimmers.{i}.arms.{j}": arm["drive"]["signal"]} if "drive" in arm else {}

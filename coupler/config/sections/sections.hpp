@@ -15,7 +15,6 @@
 #include "contract/body_setup.hpp"
 #include "contract/words.hpp"
 #include "driving/driving_protocol.hpp"
-#include "driving/prescribed_bodies.hpp"
 
 namespace copepod::coupler {
 
@@ -145,7 +144,8 @@ struct Assembly {
   std::vector<std::string> bend_paths;
   std::vector<JointSpecification> joints;  ///< in the order of the case
   std::vector<DrivenActuator> drive;
-  /// Key path that each actuator came from: that of the actuator, of the arm, or of the stroke.
+  /// Key path that each actuator came from: that of the actuator, of the arm, or of the stroke; then those of
+  /// prescribed bodies.
   std::vector<std::string> drive_paths;
   std::vector<std::string> signal_paths;  ///< of the actuators' signals
   std::vector<int> drive_springs;         ///< number of the spring whose rest length each varies; −1: none

@@ -47,6 +47,7 @@ CouplerState state_of(std::int64_t step) {
   state.balance.from_drive_J = 1.0 / 7.0;
   state.loads = state.previous_loads;
   state.steered = {{}, {1.0 / 3.0, 2.0}};
+  state.ways = {{7, 1.0 / 3.0, 1e-17}};
   return state;
 }
 
@@ -81,6 +82,8 @@ TEST_F(Store, GivesBackEveryBitOfTheCouplersState) {
   EXPECT_EQ(found.loads.force_N, state.loads.force_N);
   EXPECT_EQ(found.loads.torque_N_m, state.loads.torque_N_m);
   EXPECT_EQ(found.steered, state.steered);
+  ASSERT_EQ(found.ways.size(), 1U);
+  EXPECT_EQ(found.ways[0], state.ways[0]);
   ASSERT_EQ(found.swimmers.size(), 2U);
   EXPECT_EQ(found.swimmers[0].arm_m, state.swimmers[0].arm_m);
   EXPECT_EQ(found.swimmers[0].power_W, state.swimmers[0].power_W);

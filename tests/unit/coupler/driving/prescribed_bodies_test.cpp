@@ -47,9 +47,11 @@ class Motion {
   explicit Motion(std::int64_t period_steps, const std::vector<BodySpecification>& all = bodies(),
                   double step_s = 0.01) {
     const std::vector<PrescribedBody> prescribed{{0, sinusoid(period_steps)}, {2, sinusoid(period_steps)}};
+    driving = DrivingProtocol({}, prescribed);
     BodySetup setup = setup_of(all, step_s);
     take_out(prescribed, setup);
-    solver_ = std::make_unique<PrescribedBodies>(std::make_unique<PointMassBodies>(setup), all, prescribed, setup);
+    solver_ =
+        std::make_unique<PrescribedBodies>(std::make_unique<PointMassBodies>(setup), all, prescribed, driving, setup);
     applied_.hydrodynamic.resize(3);
     applied_.hydrodynamic.force_N.setConstant(0.25);
     applied_.hydrodynamic.torque_N_m.setZero();
@@ -64,6 +66,7 @@ class Motion {
   }
   [[nodiscard]] BodySolver& solver() { return *solver_; }
   Kinematics state;
+  DrivingProtocol driving{{}};
 
  private:
   std::unique_ptr<BodySolver> solver_;
@@ -107,6 +110,31 @@ TEST(PrescribedBodies, ResumeBitForBit) {
   EXPECT_EQ(resumed.state.position_m, whole.state.position_m);
   EXPECT_EQ(resumed.state.orientation_wxyz, whole.state.orientation_wxyz);
   EXPECT_EQ(resumed.state.velocity_m_per_s, whole.state.velocity_m_per_s);
+}
+
+/// One steered at once, the other within 20 steps; a run that continues from its course and way has the same bits.
+TEST(PrescribedBodies, MoveAsTheyAreSteered) {
+  Motion run(80), resumed(80);
+  run.advance(40);
+  const double before_m = run.state.position_m(1, 0);
+  run.driving.steer(0, 40, 0.5, 0);
+  run.driving.steer(1, 40, -2.0, 20);
+  run.advance(30);
+  EXPECT_NEAR(run.state.position_m(1, 0), before_m + 0.5 * 3.0 * 0.3, 1e-12);
+  EXPECT_EQ(run.state.velocity_m_per_s(1, 0), 1.5);
+  EXPECT_NEAR(run.state.angular_velocity_rad_per_s(2, 2), -10.0, 1e-12);
+  const auto file = std::filesystem::temp_directory_path() / "copepod_steered_bodies";
+  run.solver().save(file.string());
+  resumed.solver().restore(file.string());
+  for (const std::size_t i : {0, 1}) {
+    resumed.driving.follow(i, run.driving.steered()[i]);
+    resumed.driving.resume_way(i, run.driving.ways()[i]);
+  }
+  resumed.solver().kinematics(resumed.state);
+  for (Motion* each : {&run, &resumed}) each->advance(50);
+  std::filesystem::remove(file);
+  EXPECT_EQ(resumed.state.position_m, run.state.position_m);
+  EXPECT_EQ(resumed.state.orientation_wxyz, run.state.orientation_wxyz);
 }
 
 TEST(PrescribedBodies, EndTheRunWhereTheyMeetAnother) {
