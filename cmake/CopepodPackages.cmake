@@ -22,7 +22,7 @@ install(DIRECTORY examples/python DESTINATION ${CMAKE_INSTALL_DATADIR}/copepod/e
 install(DIRECTORY docs/ DESTINATION ${docs}/copepod COMPONENT programs FILES_MATCHING REGEX "docs/[^/]*\\.(md|svg|png)$")
 install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT programs OPTIONAL)
 
-install(FILES in_process/copepod.h TYPE INCLUDE COMPONENT kit)
+install(FILES in_process/copepod.h in_process/copepod_component.h TYPE INCLUDE COMPONENT kit)
 configure_file(cmake/copepod.pc.in copepod.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/copepod.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT kit)
 

@@ -20,10 +20,9 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/sinks/null_sink.h>
 
+#include "c_border.hpp"
 #include "config/setups.hpp"
-#include "copepod.h"
 #include "local_components.hpp"
-#include "run/program.hpp"
 #include "run/run_case.hpp"
 #include "run/summary.hpp"
 #include "system/durable_file.hpp"
@@ -33,16 +32,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using coupler::LoadedCase;
-
-/// The caller's mistake.
-class Misuse : public Error {
- public:
-  explicit Misuse(const std::string& reason) : Error(static_cast<ExitCode>(COPEPOD_MISUSE), reason) {}
-};
-
-void require(bool makes_sense, const std::string& reason) {
-  if (!makes_sense) throw Misuse(reason);
-}
 
 /// A new folder that goes with this object: in memory, where the system has such a place. Its lock shows that it is in
 /// use; those of processes that were killed are removed.
@@ -249,25 +238,11 @@ class Simulation {
 std::mutex registry_mutex;
 std::map<std::int64_t, std::shared_ptr<Simulation>> registry;
 std::int64_t newest_handle = 0;
-thread_local std::string message;
 
-/// Runs an action and turns whatever it throws into a code and a message.
-template <class Action>
-int guarded(const Action& action) noexcept {
-  try {
-    action();
-    return static_cast<int>(ExitCode::finished);
-  } catch (const std::exception& error) {
-    const FailureReport report = coupler::report_of(error, -1);
-    message = (report.step < 0 ? "" : "at step " + std::to_string(report.step) + ": ") + report.reason;
-    return static_cast<int>(report.code);
-  }
-}
-
-/// The same for a simulation that no other call uses.
+/// `guarded` for a simulation that no other call uses.
 template <class Action>
 int guarded(std::int64_t handle, const Action& action) noexcept {
-  return guarded([&] {
+  return copepod::guarded([&] {
     std::shared_ptr<Simulation> simulation;
     {
       const std::lock_guard lock(registry_mutex);
@@ -280,10 +255,6 @@ int guarded(std::int64_t handle, const Action& action) noexcept {
     require(lock.owns_lock(), "another thread is in a call for this simulation (one at a time). Wait for it.");
     action(*simulation);
   });
-}
-
-void require_argument(const void* argument) {
-  require(argument != nullptr, "an argument is NULL (a place is needed there). See copepod.h.");
 }
 
 }  // namespace
@@ -357,4 +328,4 @@ int copepod_close(int64_t simulation) {
   });
 }
 
-const char* copepod_error(void) { return message.c_str(); }
+const char* copepod_error(void) { return message_of_last_failure.c_str(); }

@@ -129,6 +129,10 @@ class Decoder {
 std::string to_bytes(const FluidSetup& setup);
 std::string to_bytes(const BodySetup& setup);
 
+/// A setup as JSON, with the names of its message.
+std::string to_json(const FluidSetup& setup);
+std::string to_json(const BodySetup& setup);
+
 /// @throws MalformedMessage for bytes that are not such a message, wrong lengths, unknown kinds, numbers that are not
 /// finite, or indices that do not exist
 FluidSetup fluid_setup_from_bytes(std::string_view bytes);

@@ -7,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 
+#include <google/protobuf/util/json_util.h>
+
 #include "conversion/arrays.hpp"
 #include "conversion/codec.hpp"
 #include "conversion/enumerations.hpp"
@@ -296,6 +298,17 @@ std::string bytes_of(const Setup& setup) {
 }
 
 template <class Wire, class Setup>
+std::string json_of(const Setup& setup) {
+  Wire wire;
+  write_message(setup, wire);
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = options.always_print_primitive_fields = true;
+  std::string text;
+  if (!MessageToJsonString(wire, &text, options).ok()) throw MalformedMessage("a text of the setup is not UTF-8");
+  return text;
+}
+
+template <class Wire, class Setup>
 Setup setup_from(std::string_view bytes) {
   Wire wire;
   if (bytes.size() > kLimits.message_bytes || !wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
@@ -309,6 +322,9 @@ Setup setup_from(std::string_view bytes) {
 
 std::string to_bytes(const FluidSetup& setup) { return bytes_of<v1::FluidSetup>(setup); }
 std::string to_bytes(const BodySetup& setup) { return bytes_of<v1::BodySetup>(setup); }
+
+std::string to_json(const FluidSetup& setup) { return json_of<v1::FluidSetup>(setup); }
+std::string to_json(const BodySetup& setup) { return json_of<v1::BodySetup>(setup); }
 
 FluidSetup fluid_setup_from_bytes(std::string_view bytes) { return setup_from<v1::FluidSetup, FluidSetup>(bytes); }
 BodySetup body_setup_from_bytes(std::string_view bytes) { return setup_from<v1::BodySetup, BodySetup>(bytes); }

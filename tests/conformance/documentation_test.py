@@ -35,7 +35,7 @@ class AddingAComponent(unittest.TestCase):
             code = re.search(r"save it as `/tmp/(\S+)`:\n\n```python\n(.*?)```", page, re.DOTALL)
             Path(folder, code[1]).write_text(code[2])
             scripts = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
-            self.assertEqual(len(scripts), 2)
+            self.assertEqual(len(scripts), 3)
             outputs = [self.follow(script, folder) for script in scripts]
             self.assertTrue(Path(folder, "run_with_my_fluid", "summary.json").exists(), outputs[0])
             for output in outputs:
@@ -47,6 +47,7 @@ class AddingAComponent(unittest.TestCase):
             script.replace("/tmp/", f"{folder}/")
             .replace("$PWD/build", str(BUILD))
             .replace("--install build", f"--install {BUILD}")
+            .replace("build/bin", f"{BUILD}/bin")
         )
         ended = subprocess.run(
             ["bash", "-euo", "pipefail", "-c", here],

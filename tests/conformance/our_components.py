@@ -21,6 +21,7 @@ PAGE = ROOT / "docs" / "results" / "conformance.md"
 EXAMPLES = ROOT / "examples" / "python"
 JAVASCRIPT = ROOT / "examples" / "javascript_fluid"
 SKIPPED = 77  # exit code that ctest counts as skipped
+STRICT = ("-Wall", "-Wextra", "-Werror", "-fsanitize=address")
 JOBS = 8  # most of the time a component waits, or is waited for
 
 
@@ -31,6 +32,17 @@ class Component:
     command: tuple
     solver: str = ""
     quick: bool = True  # in the test suite
+    compiler: tuple = ()  # of the first word, a source among the examples
+
+    def compiled(self, build, folder):
+        """The component with its program, which uses libcopepod, made in a folder."""
+        if not self.compiler:
+            return self
+        program = f"{folder}/{self.name}"
+        source = ROOT / "examples" / self.command[0]
+        library = [f"-I{ROOT}/in_process", f"-L{build}/bin", f"-Wl,-rpath,{build}/bin", "-lcopepod"]
+        subprocess.run([*self.compiler, *STRICT, source, *library, "-o", program], cwd=folder, check=True)
+        return dataclasses.replace(self, command=(program,))
 
     def conformance(self, build, *options):
         """The command that checks it."""
@@ -62,23 +74,26 @@ COMPONENTS = (
     Component("vacuum", "fluid", ("{bin}/fluid_service",), "vacuum"),
     Component("python_fluid", "fluid", ("/usr/bin/python3", "{examples}/stokes_drag_fluid.py")),
     Component("javascript_fluid", "fluid", ("node", f"{JAVASCRIPT}/javascript_fluid.js")),
+    Component("fortran_fluid", "fluid", ("fortran/stokes_drag.f90",), compiler=("gfortran", "-std=f2018")),
     Component("body_service", "body", ("{bin}/body_service",), quick=False),
     Component("bullet_bodies", "body", ("{bin}/bullet_body_service",)),
     Component("mujoco_bodies", "body", ("{bin}/mujoco_body_service",)),
     Component("python_body", "body", ("/usr/bin/python3", "{examples}/point_masses.py")),
+    Component("c_body", "body", ("c/point_masses.c",), compiler=("cc", "-std=c99", "-Wpedantic")),
     Component("python_controller", "controller", ("/usr/bin/python3", "{examples}/triangle_pilot.py")),
     Component("controller", "controller", ("{bin}/triangle_pilot",)),
 )
 
 
 def run(component, build, *options):
-    """Exit code of the check; nothing is built for it."""
-    return subprocess.run(
-        component.conformance(build, *options),
-        stdin=subprocess.DEVNULL,
-        check=False,
-        env={**os.environ, "COPEPOD_BIN_DIR": str(build / "bin")},
-    ).returncode
+    """Exit code of the check; nothing of ours is built for it."""
+    with tempfile.TemporaryDirectory() as folder:
+        return subprocess.run(
+            component.compiled(build, folder).conformance(build, *options),
+            stdin=subprocess.DEVNULL,
+            check=False,
+            env={**os.environ, "COPEPOD_BIN_DIR": str(build / "bin")},
+        ).returncode
 
 
 def reason_to_skip(component):

@@ -169,12 +169,66 @@ class SimulationTest(unittest.TestCase):
             ["nm", "-D", "--defined-only", PROGRAMS / "libcopepod.so"], capture_output=True, text=True, check=True
         )
         names = {line.split()[-1] for line in ended.stdout.splitlines()}
-        header = (ROOT / "in_process/copepod.h").read_text()
-        self.assertEqual(names, {name for name in names if f"{name}(" in header})
-        self.assertIn("copepod_open", names)
+        headers = "".join((ROOT / "in_process" / f"{name}.h").read_text() for name in ("copepod", "copepod_component"))
+        self.assertEqual(names, {name for name in names if f"{name}(" in headers})
+        self.assertLessEqual({"copepod_open", "copepod_component_open"}, names)
 
     def test_the_state_has_the_layout_of_the_header(self):
         self.assertEqual(ctypes.sizeof(copepod.simulation._State), 8 * 8)
+
+
+MISUSE = r"""
+import ctypes, sys, threading
+library = ctypes.CDLL(sys.argv[1])
+library.copepod_error.restype = ctypes.c_char_p
+request, number = ctypes.create_string_buffer(200), ctypes.c_double()
+words = [b"me", *(word.encode() for word in sys.argv[2:])]
+argv = (ctypes.c_char_p * len(words))(*words)
+def call(name, *arguments):
+    code = getattr(library, "copepod_component_" + name)(*arguments)
+    return "0" if code == 0 else str(code) + " " + library.copepod_error().decode()
+def opened(role, *others):
+    return call("open", len(words), argv, role, b"Mine", b"1.0", *(others or [b"shape:sphere"]))
+print(call("next", request), call("fail", 70, b"x (y). Z."), call("number", b"/a", ctypes.byref(number)), sep="\n")
+print(opened(b"fluid", None), opened(b"pilot"), opened(b"fluid"), opened(b"fluid"), sep="\n")
+print(call("report_progress"), call("number", b"a", ctypes.byref(number)), call("fail", 1, b""), call("next", None),
+      sep="\n")
+waiting = threading.Thread(target=lambda: call("next", request))
+if sys.argv[2] == "--endpoint":
+    waiting.start()
+    while "another thread" not in call("fail", 70, b"x (y). Z."):
+        pass
+    print(call("next", request), flush=True)
+    import os; os._exit(0)
+print(call("next", request), int.from_bytes(request.raw[:8], "little"))
+print(call("next", request), call("fail", 70, b"x (y). Z."), sep="\n", flush=True)
+"""
+
+
+class CalledComponentTest(unittest.TestCase):
+    def test_misuse_is_a_code_with_a_message(self):
+        """Of a component that was opened never, wrongly, twice, by a second thread, and has ended."""
+        before = [
+            *["64 no component is open"] * 3,
+            "64 an argument is NULL",
+            "64 the role is neither",
+            "0",
+            "64 this process has a component already",
+            "64 there is no setup yet",
+            "64 the setup has no a ",
+            "64 the code is neither 70 nor 73",
+            "64 an argument is NULL",
+        ]
+        for words, after in (
+            (["--capabilities"], ["0 0", "64 the component has ended", "64 nothing was asked"]),
+            (["--endpoint", "ipc:///nowhere", "--session", "s"], ["64 another thread is in a call for the component"]),
+        ):
+            command = [sys.executable, "-c", MISUSE, f"{PROGRAMS}/libcopepod.so", *words]
+            ended = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
+            lines = [line for line in ended.stdout.splitlines() if not line.startswith("{")]
+            self.assertEqual(len(lines), len(before + after), ended.stdout)
+            for line, start in zip(lines, before + after, strict=True):
+                self.assertTrue(line.startswith(start), f"{line} is not {start}")
 
 
 class Fragile(three_spheres.ThreeSpheres):
