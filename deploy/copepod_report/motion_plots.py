@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from copepod_report import resonance
 from copepod_report.run_record import RunRecord, RunResult, SwimmerRecord, fit_arm
 from copepod_report.style import LIGHT, legend_above, many_lines, new_figure
 from copepod_run.figures import figures_by_name
@@ -33,8 +32,6 @@ def of_swimmer(swimmer: SwimmerRecord) -> Iterator[tuple[str, Any, str]]:
         axes.axvline(swimmer.cycles, color=LIGHT.ink, linewidth=0.8, linestyle=":")
         look |= {"xycoords": ("data", "axes fraction"), "xytext": (4, -2), "va": "top"}
         axes.annotate("drive off", (swimmer.cycles, 1), color=LIGHT.ink, fontsize=8, **look)
-    if swimmer.run.case["fluid"]["solver"] == "vacuum":
-        resonance.draw_exact(axes, swimmer)
     yield "positions", figure, "Positions of the three beads, from the middle bead's start."
     mask = swimmer.last_period()
     if mask.any():

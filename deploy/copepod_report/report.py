@@ -80,17 +80,14 @@ def _damaged(names: str, problem: Exception) -> Stop:
     )
 
 
-def _sections(collected: Sequence[RunRecord], canvas: Canvas, flow_view: flow.View, choice: Choice) -> list[str]:
+def _sections(runs: Sequence[RunRecord], canvas: Canvas, flow_view: flow.View, choice: Choice) -> list[str]:
     """HTML of all sections of the page; writes the plots."""
-    left, chapters = paper.chapters([run for run in collected if run.status.is_finished], canvas)
-    runs = [run for run in collected if run in left or not run.status.is_finished]
     anchors = distinct_words([run.name for run in runs])
     sections = []
     others = sweeps.other_figures(runs, canvas.draw, choice)
     if len(runs) > 1:
         first = opening_figures(runs, canvas, choice)
         sections.append(page.comparison_section(runs, anchors, first, others))
-    sections += chapters
     axes = axes_of(runs)
     for number, (run, anchor) in enumerate(zip(runs, anchors)):
         is_one_of_many = len(runs) > _MOST_DRAWN and run.sweep.values  # whose figures are drawn on request

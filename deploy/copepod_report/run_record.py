@@ -230,11 +230,6 @@ class SwimmerRecord:
         """Of the beads from the middle bead's start in the run's length unit, shape (3, samples)."""
         return (self._along_axis("position_m") - np.dot(self.section["center_m"], self.axis)) / self.run.length_unit[0]
 
-    def displacements_m(self) -> np.ndarray:
-        """Of the beads along the axis from where they were in the first sample, shape (3, samples)."""
-        places_m = self._along_axis("position_m")
-        return places_m - places_m[:, :1]
-
     def driving_N(self) -> np.ndarray:
         """Driving forces, shape (3, samples)."""
         return self._along_axis("driving_N")

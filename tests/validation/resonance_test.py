@@ -13,9 +13,11 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "integration"))
 
 from copepod_session import PROGRAMS, WholeRunTest  # noqa: E402
-from copepod_run.plan import plan_of  # noqa: E402
-from copepod_report.resonance import VacuumSwimmer, points_of, sweeps_of  # noqa: E402
-from copepod_report.run_record import collect  # noqa: E402
+from copepod_swimmers.vacuum import VacuumSwimmer  # noqa: E402
+
+os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
+sys.path.insert(0, str(ROOT / "python"))
+from resonance import main, points_of  # noqa: E402
 
 REFERENCE = ROOT / "tests/reference"
 STEP_S = 7.548309999899218e-10
@@ -57,14 +59,15 @@ class Resonance(WholeRunTest):
         sweep = self.run_of(
             "paper/resonance.yaml", f"sweep.parameters={{swimmers.0.spring.stiffness_N_per_m: [{values}]}}"
         )
-        os.environ["COPEPOD_BIN_DIR"] = str(PROGRAMS)
-        points = points_of(next(iter(sweeps_of(collect(sweep, lambda file: plan_of(file).case)).values())))
+        points = points_of(sweep)
         self.assertEqual(len(points), 3)
         for point, row in zip(points, chosen):
             self.assertLess(point.deviation, 1e-10)
             left = float(row["transient_left_after_1e6_steps"])
             self.assertLess(point.steady_deviation, 10 * left + 1e-10)
         self.assertGreater(points[0].steady_deviation, 0.01)  # the comparison sees transients
+        main(sweep, self.folder / "resonance.png")
+        self.assertTrue((self.folder / "resonance.png").exists())
 
     def test_one_process_computes_the_same_bits_as_three(self):
         digests = set()

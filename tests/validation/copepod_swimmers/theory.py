@@ -8,10 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from copepod_report.paper import geometrical_factor
-
 Arms = Sequence[tuple[int, int]]  # numbers of the two beads
 Numbers = Sequence[float] | np.ndarray
+
+
+def geometrical_factor(radii: Numbers, mean_arms: Numbers) -> float:
+    """K = 3 r₁r₂r₃ / (2 (r₁+r₂+r₃)²) · [1/l̄₁² + 1/l̄₂² − 1/(l̄₁+l̄₂)²]   [paper, eq. (29)]; any one unit of length."""
+    first, second = mean_arms
+    brackets = 1 / first**2 + 1 / second**2 - 1 / (first + second) ** 2
+    return 3 * np.prod(radii) / (2 * np.sum(radii) ** 2) * brackets
 
 
 def small_stroke_velocity(radii: Numbers, arms: np.ndarray, period: float) -> float:
