@@ -179,7 +179,8 @@ ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
     order += sums.turned * group.axis;
   }
   if (count < 2) return nullptr;
-  const Eigen::VectorXd nearest_m = nearest_distances_m(centroids_m.leftCols(count), periodic_length_m(the_case.fluid));
+  const Eigen::VectorXd nearest_m =
+      nearest_distances_m(centroids_m.leftCols(count), the_case.fluid.periodic_length_m());
   const auto speeds = speeds_m_per_s.head(count).array();
   return {{"swimmers", count},
           {"u_along_mean_m_per_s", number(speeds.mean())},

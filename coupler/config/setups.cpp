@@ -21,7 +21,7 @@ double height_of_fall_m(const Case& the_case, const Assembly& assembly) {
   const Eigen::Vector3d& gravity = the_case.body.gravity_m_per_s2;
   if (gravity.isZero(0.0)) return 0.0;
   const Eigen::Vector3d down = gravity.normalized();
-  const double along_domain_m = down.cwiseAbs().dot(domain_length_m(the_case.fluid));
+  const double along_domain_m = down.cwiseAbs().dot(the_case.fluid.length_m());
   if (along_domain_m > 0.0) return along_domain_m;
   const auto depth_m = [&](const BodySpecification& body) { return down.dot(body.position_m); };
   const auto [highest, lowest] = std::ranges::minmax_element(assembly.bodies, {}, depth_m);
@@ -57,7 +57,7 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
   const FluidCase& fluid = the_case.fluid;
   const auto axis = static_cast<Eigen::Index>(face / 2);
   const bool high = face % 2 == 1;
-  const double length_m = domain_length_m(fluid)[axis];
+  const double length_m = fluid.length_m()[axis];
   WallSpecification wall;
   wall.normal = (high ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
   wall.point_m = (high ? length_m : 0.0) * Eigen::Vector3d::Unit(axis);
@@ -117,8 +117,7 @@ ContactSpecification contact_specification(const Case& the_case, const Assembly&
 void warn_of_open_faces(const Case& the_case, Problems& problems) {
   std::string open;
   for (std::size_t face = 0; face < 6 && !on_lattice(the_case); ++face) {
-    if (domain_length_m(the_case.fluid)[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face))
-      continue;
+    if (the_case.fluid.length_m()[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face)) continue;
     if (the_case.fluid.boundaries[face].kind == BoundaryKind::periodic) continue;
     open.append(open.empty() ? "" : ", ").append(face_path(face));
   }
@@ -163,7 +162,7 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   setup.threads = the_case.services.body_threads;
   setup.step_s = the_case.step_s;
   setup.fluid_density_kg_per_m3 = fluid.kind == FluidKind::vacuum ? 0.0 : fluid.density_kg_per_m3;
-  setup.periodic_length_m = periodic_length_m(fluid);
+  setup.periodic_length_m = fluid.periodic_length_m();
   setup.bodies = assembly.bodies;
   setup.springs = assembly.springs;
   setup.bends = assembly.bends;

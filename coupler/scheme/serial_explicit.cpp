@@ -86,11 +86,10 @@ void VirtualMass::add_to(Loads& loads, const Kinematics& kinematics) {
 
 Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies,
                            double largest_speed_m_per_s)
-    : bodies_(bodies), largest_speed_m_per_s_(largest_speed_m_per_s) {
+    : bodies_(bodies), largest_speed_m_per_s_(largest_speed_m_per_s), length_m_(fluid.length_m()) {
   confined_.resize(bodies.size());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
-    length_m_[i] = static_cast<double>(fluid.domain_cells[axis]) * fluid.cell_size_m;
     periodic_[axis] = length_m_[i] > 0.0 && fluid.boundaries[2 * axis].kind == BoundaryKind::periodic;
     if (periodic_[axis]) continue;
     for (std::size_t body = 0; body < bodies.size(); ++body) {

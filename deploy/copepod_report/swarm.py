@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
+import scipy.fft
 from matplotlib.collections import LineCollection
 from numpy.typing import ArrayLike
 
@@ -279,10 +280,8 @@ def energy_spectrum(
     is_periodic = np.asarray(periodic, bool)
     energy = np.zeros(())
     for component in components_m_per_s:
-        modes = np.asarray(component, float)
-        for axis in np.flatnonzero(~is_periodic):
-            modes = _cosine_modes(modes, axis)
-        modes = np.fft.fftn(modes, axes=np.flatnonzero(is_periodic).tolist(), norm="ortho")
+        modes = scipy.fft.dctn(np.asarray(component, float), axes=np.flatnonzero(~is_periodic), norm="ortho")
+        modes = scipy.fft.fftn(modes, axes=np.flatnonzero(is_periodic), norm="ortho")
         energy = energy + 0.5 * np.abs(modes) ** 2 / modes.size
     if energy.size == 1:
         return np.empty(0), np.empty(0)
@@ -296,13 +295,3 @@ def energy_spectrum(
     shell[0] = 0  # what is uniform
     shells = np.bincount(shell, energy.ravel())
     return width * np.arange(1, len(shells)), shells[1:] / width
-
-
-def _cosine_modes(values: np.ndarray, axis: int) -> np.ndarray:
-    """DCT-II with the same sum of squares, by a Fourier transform of the same length [Makhoul 1980]."""
-    values = np.moveaxis(values, axis, -1)
-    count = values.shape[-1]
-    folded = np.fft.fft(np.concatenate([values[..., ::2], values[..., 1::2][..., ::-1]], axis=-1))
-    modes = (folded * np.exp(-0.5j * np.pi * np.arange(count) / count)).real * np.sqrt(2.0 / count)
-    modes[..., 0] *= np.sqrt(0.5)
-    return np.moveaxis(modes, -1, axis)

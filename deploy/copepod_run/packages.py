@@ -18,7 +18,7 @@ KIT = (
 )
 RUN = (
     "openmpi-bin",
-    *("python3-jinja2", "python3-numpy", "python3-matplotlib", "python3-h5py"),  # reports
+    *("python3-jinja2", "python3-numpy", "python3-matplotlib", "python3-scipy", "python3-h5py"),  # reports
     *("python3-zmq", "python3-xxhash", "python3-protobuf"),  # components in Python
     "libjs-three",  # moving bodies in pages
 )

@@ -130,6 +130,19 @@ struct FluidSetup {
   std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
   std::string parameters = {};                   ///< JSON, of a component that the case names
 
+  /// Of the whole domain [m]; 0 without one.
+  [[nodiscard]] Eigen::Vector3d length_m() const {
+    return cell_size_m * Eigen::Map<const Eigen::Matrix<std::int64_t, 3, 1>>(domain_cells.data()).cast<double>();
+  }
+  /// The same along periodic axes; 0: not periodic.
+  [[nodiscard]] std::array<double, 3> periodic_length_m() const {
+    std::array<double, 3> result{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (boundaries[2 * axis].kind == BoundaryKind::periodic)
+        result[axis] = length_m()[static_cast<Eigen::Index>(axis)];
+    return result;
+  }
+
   /// Columns of Loads: bodies, and obstacles with loads.
   [[nodiscard]] Eigen::Index loads() const {
     return static_cast<Eigen::Index>(bodies.size()) +

@@ -4,26 +4,6 @@
 #include <cmath>
 
 namespace copepod {
-namespace {
-
-Eigen::Vector3d length_of_domain_m(const FluidSetup& setup) {
-  return setup.cell_size_m * Eigen::Vector3d(static_cast<double>(setup.domain_cells[0]),
-                                             static_cast<double>(setup.domain_cells[1]),
-                                             static_cast<double>(setup.domain_cells[2]));
-}
-
-std::array<double, 3> periodic_length_m(const FluidSetup& setup) {
-  std::array<double, 3> result{};
-  const Eigen::Vector3d length_m = length_of_domain_m(setup);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (setup.boundaries[2 * axis].kind == BoundaryKind::periodic)
-      result[axis] = length_m[static_cast<Eigen::Index>(axis)];
-  }
-  return result;
-}
-
-}  // namespace
-
 double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
   if (!is_body()) return distance_of_centre_m + normal.dot(point_m);
   return segment_distance_m({point_m, Eigen::Vector3d::Zero()}, core) - radius_m;
@@ -32,8 +12,8 @@ double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
 NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
     : setup_(setup),
       reach_m_(reach_m),
-      length_m_(length_of_domain_m(setup)),
-      near_pairs_(setup.bodies, reach_m, periodic_length_m(setup)),
+      length_m_(setup.length_m()),
+      near_pairs_(setup.bodies, reach_m, setup.periodic_length_m()),
       surfaces_(setup.bodies.size()) {
   std::ranges::sort(setup_.jointed);
   for (const double length_m : near_pairs_.images().length_m)

@@ -72,7 +72,7 @@ void check_resolution(const FluidCase& fluid, const BodySpecification& body, con
 
 void check_in_domain(const FluidCase& fluid, const BodySpecification& body, const std::string& path, bool has_contacts,
                      Problems& problems) {
-  const Eigen::Vector3d length = domain_length_m(fluid);
+  const Eigen::Vector3d length = fluid.length_m();
   const Eigen::Vector3d half = half_extents_m(body);
   constexpr double most_lengths = 1000.0;  // from which a body may have come across periodic faces
   for (int axis = 0; axis < 3; ++axis) {
@@ -112,7 +112,7 @@ void check_bodies_in_obstacles(const FluidCase& fluid, const Assembly& assembly,
   };
   std::ranges::for_each(assembly.bodies, add);
   std::ranges::for_each(fluid.obstacles, add);
-  const Overlaps overlaps(std::move(shapes), {periodic_length_m(fluid)});
+  const Overlaps overlaps(std::move(shapes), {fluid.periodic_length_m()});
   for (std::size_t i = bodies; i < all; ++i) {
     for (std::size_t body = 0; body < bodies; ++body) {
       const double depth_m =
@@ -126,7 +126,7 @@ void check_bodies_in_obstacles(const FluidCase& fluid, const Assembly& assembly,
 }
 
 void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
-  const std::array<double, 3> periodic = periodic_length_m(fluid);
+  const std::array<double, 3> periodic = fluid.periodic_length_m();
   const std::vector<BodyPair> jointed = jointed_pairs(assembly.joints);
   for (const auto& [a, b] : near_pairs(assembly.bodies, periodic, fluid.cell_size_m)) {
     if (std::ranges::binary_search(jointed, BodyPair{a, b})) continue;

@@ -87,7 +87,7 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
 /// Steady forces on fluid and bodies together where no wall, open face, joint or held body takes them up [N].
 Eigen::Vector3d net_force_N(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
-  double fluid_m3 = domain_length_m(fluid).prod();
+  double fluid_m3 = fluid.length_m().prod();
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   for (const BodySpecification& body : assembly.bodies) {
     if (!moves_under_loads(body)) return Eigen::Vector3d::Zero();
@@ -194,7 +194,7 @@ void check_mixture(const Case& the_case, const Assembly& assembly, Problems& pro
     break;
   }
   const Eigen::Vector3d force_N = net_force_N(the_case, assembly);
-  const double mass_kg = fluid.density_kg_per_m3 * domain_length_m(fluid).prod();
+  const double mass_kg = fluid.density_kg_per_m3 * fluid.length_m().prod();
   const double gain_lu = force_N.norm() / mass_kg * static_cast<double>(the_case.steps) * the_case.step_s *
                          the_case.step_s / fluid.cell_size_m;
   if (gain_lu < 1e-6) return;

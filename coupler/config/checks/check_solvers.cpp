@@ -26,7 +26,7 @@ void check_command(bool external, const std::vector<std::string>& command, const
 
 /// Height of the plane above the origin along its axis [m].
 double plane_height_m(const FluidCase& fluid) {
-  return fluid.no_slip_plane % 2 == 0 ? 0.0 : domain_length_m(fluid)[fluid.no_slip_plane / 2];
+  return fluid.no_slip_plane % 2 == 0 ? 0.0 : fluid.length_m()[fluid.no_slip_plane / 2];
 }
 
 void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
@@ -138,7 +138,7 @@ bool crosses_plane(const ObstacleSpecification& obstacle, const FluidCase& fluid
   body.orientation_wxyz = obstacle.orientation_wxyz;
   for (int axis = 0; axis < 3; ++axis)
     if (fluid.symmetry_planes[axis] &&
-        obstacle.position_m[axis] + extent_m(body, Eigen::Vector3d::Unit(axis)) > 0.5 * domain_length_m(fluid)[axis])
+        obstacle.position_m[axis] + extent_m(body, Eigen::Vector3d::Unit(axis)) > 0.5 * fluid.length_m()[axis])
       return true;
   return false;
 }

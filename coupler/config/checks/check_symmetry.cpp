@@ -17,7 +17,7 @@ struct Plane {
   int axis;  ///< normal to it
   std::string name = axis_names[axis];
   std::string text = "symmetry plane " + name;
-  double middle_m = 0.5 * domain_length_m(fluid)[axis];
+  double middle_m = 0.5 * fluid.length_m()[axis];
 
   [[nodiscard]] double tolerance_m() const { return plane_tolerance * fluid.cell_size_m; }
 

@@ -254,11 +254,6 @@ inline std::string path_of_swimmer(const Case& the_case, std::size_t number) {
 /// That of a case.
 double relaxation_time(const Case& the_case);
 
-/// Of the whole domain [m]; 0 without one.
-Eigen::Vector3d domain_length_m(const FluidCase& fluid);
-/// The same along periodic axes; 0: not periodic.
-std::array<double, 3> periodic_length_m(const FluidCase& fluid);
-
 /// Drag of a sphere in Stokes flow by its speed, 6πμr [kg/s].
 double stokes_drag_kg_per_s(double radius_m, const FluidSetup& fluid);
 

@@ -219,19 +219,6 @@ double relaxation_time(const Case& the_case) {
   return relaxation_time_from_step(the_case.step_s, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s);
 }
 
-Eigen::Vector3d domain_length_m(const FluidCase& fluid) {
-  using Cells = Eigen::Matrix<std::int64_t, 3, 1>;
-  return fluid.cell_size_m * Eigen::Map<const Cells>(fluid.domain_cells.data()).cast<double>();
-}
-
-std::array<double, 3> periodic_length_m(const FluidCase& fluid) {
-  const Eigen::Vector3d length_m = domain_length_m(fluid);
-  std::array periodic_m{length_m[0], length_m[1], length_m[2]};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) periodic_m[axis] = 0.0;
-  return periodic_m;
-}
-
 double stokes_drag_kg_per_s(double radius_m, const FluidSetup& fluid) {
   const double viscosity_Pa_s = fluid.density_kg_per_m3 * fluid.kinematic_viscosity_m2_per_s;
   return 6.0 * std::numbers::pi * viscosity_Pa_s * radius_m;

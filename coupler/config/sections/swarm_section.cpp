@@ -86,7 +86,7 @@ std::string problem_with(const Eigen::Vector2d& limits, double length_m) {
 }
 
 void declare_limits(Keys& keys, const FluidCase& fluid, Swarm& swarm) {
-  const Eigen::Vector3d length_m = domain_length_m(fluid);
+  const Eigen::Vector3d length_m = fluid.length_m();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
     const char* name = axis_names[axis];
@@ -192,8 +192,8 @@ std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
 Room room_of(const Swarm& swarm, const Case& the_case) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   const FluidCase& fluid = the_case.fluid;
-  Room room{swarm.low_m, swarm.high_m, periodic_length_m(fluid), swarm.gap_m, assemble(the_case).bodies};
-  const Eigen::Vector3d length_m = domain_length_m(fluid);
+  Room room{swarm.low_m, swarm.high_m, fluid.periodic_length_m(), swarm.gap_m, assemble(the_case).bodies};
+  const Eigen::Vector3d length_m = fluid.length_m();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
     const bool is_periodic = room.periodic_length_m[axis] > 0.0;
