@@ -87,10 +87,11 @@ class CalledComponent {
     require(is_path && setup.contains(nlohmann::json::json_pointer(path)),
             "the setup has no " + path + " (or there is none yet). Its text has the names.");
     const nlohmann::json& value = setup.at(nlohmann::json::json_pointer(path));
-    const bool is_text = value.is_string();  // integers of 64 bits
-    require(value.is_number() || is_text,
-            path + " of the setup is not a number (a text or a list). Its text has the names.");
-    return is_text ? std::strtod(value.get_ref<const std::string&>().c_str(), nullptr) : value.get<double>();
+    const std::string text = value.is_string() ? value.get<std::string>() : value.dump();  // text: also of 64 bits
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    require(!text.empty() && *end == '\0', path + " of the setup is not a number. Its text has the names.");
+    return number;
   }
   void report_progress() const {
     require(context != nullptr, "there is no setup yet. Call this during long work only.");

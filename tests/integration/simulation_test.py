@@ -205,7 +205,44 @@ print(call("next", request), call("fail", 70, b"x (y). Z."), sep="\n", flush=Tru
 """
 
 
+IDLE = r"""
+import ctypes, sys
+library = ctypes.CDLL(sys.argv[1])
+def call(name, *arguments):
+    assert getattr(library, "copepod_component_" + name)(*arguments) == 0, name
+class Request(ctypes.Structure):
+    _fields_ = [("kind", ctypes.c_int32), ("code", ctypes.c_int32), ("step", ctypes.c_int64)]
+    _fields_ += [(name, ctypes.c_int64) for name in ("bodies", "loads", "actuators")] + [("text", ctypes.c_char_p)]
+    _fields_ += [(str(number), ctypes.c_void_p) for number in range(8)]
+words = [b"idle", *(word.encode() for word in sys.argv[2:])]
+argv = (ctypes.c_char_p * len(words))(*words)
+features = b"solver:external shape:sphere neglects:boundary"
+call("open", len(words), argv, b"fluid", b"Idle", b"1.0", features)
+request, number = Request(), ctypes.c_double()
+while request.kind or request.text is None:
+    call("next", ctypes.byref(request))
+    if request.kind == 0:
+        sys.exit(request.code)
+    if request.kind == 1:
+        call("report_progress")
+        for path, value in ((b"/bodies/2/radius_m", 4e-6), (b"/boundaries/0/kind", None), (b"/domain_cells/0", 7.0)):
+            code = library.copepod_component_number(path, ctypes.byref(number))
+            assert code == (0 if value is not None else 64) and number.value == (value or number.value), path
+"""
+
+
 class CalledComponentTest(unittest.TestCase):
+    def test_what_it_does_not_answer_ends_the_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "idle.py").write_text(IDLE)
+            settings = {"run.steps": 20, "fluid.solver": "external", "fluid.density_kg_per_m3": 1360}
+            settings |= {"fluid.kinematic_viscosity_m2_per_s": 7.36e-5, "fluid.domain_cells": [7, 7, 200]}
+            fluid = [sys.executable, f"{folder}/idle.py", f"{PROGRAMS}/libcopepod.so"]
+            with self.assertRaisesRegex(copepod.RunError, "The load on body 0 is not a finite number"):
+                copepod.run(
+                    ROOT / "configs/quick/vacuum.yaml", f"{folder}/run", set=settings, fluid=" ".join(fluid), quiet=True
+                )
+
     def test_misuse_is_a_code_with_a_message(self):
         """Of a component that was opened never, wrongly, twice, by a second thread, and has ended."""
         before = [
