@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "contact/contacts.hpp"
-#include "contact/overlap_check.hpp"
 #include "contract/body_setup.hpp"
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"

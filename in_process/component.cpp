@@ -1,6 +1,5 @@
 #include <condition_variable>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -61,6 +60,8 @@ class CalledComponent {
 
   // Of the caller's thread.
 
+  std::thread kit;
+
   copepod_request next() {
     const std::unique_lock in_a_call = only_call();
     std::unique_lock lock(mutex_);
@@ -69,6 +70,8 @@ class CalledComponent {
     changed_.wait(lock, [&] { return turn_ == Turn::caller; });
     is_asked_ = true;
     ended_ = request_.kind == COPEPOD_END;
+    lock.unlock();
+    if (ended_) kit.join();  // the process is about to end
     return request_;
   }
 
@@ -224,20 +227,20 @@ int copepod_component_open(int argc, char** argv, const char* role, const char* 
           static_cast<const void*>(version), static_cast<const void*>(features)})
       require_argument(argument);
     require(component == nullptr, "this process has a component already (one per process). Start another process.");
-    const bool is_fluid = std::strcmp(role, "fluid") == 0;
-    require(is_fluid || std::strcmp(role, "body") == 0, "the role is neither fluid nor body. Use one of them.");
+    const bool is_fluid = role == std::string("fluid");
+    require(is_fluid || role == std::string("body"), "the role is neither fluid nor body. Use one of them.");
     Capabilities capabilities{name, version, {}};
     std::istringstream words(features);
     for (std::string word; words >> word;) capabilities.features.insert(word);
     CalledComponent& called = *(component = new CalledComponent);
-    std::thread([&called, argc, argv, is_fluid, capabilities] {
+    called.kit = std::thread([&called, argc, argv, is_fluid, capabilities] {
       const int code =
           is_fluid ? run_fluid_component(argc, argv, served<CalledFluid, FluidSetup, FluidSolver>(called, capabilities))
                    : run_body_component(argc, argv, served<CalledBodies, BodySetup, BodySolver>(called, capabilities));
       copepod_request end = request_to(COPEPOD_END);
       end.code = code;
       called.ask(end);
-    }).detach();
+    });
   });
 }
 

@@ -24,6 +24,10 @@ extern "C" {
  * simulation receives the handle */
 int copepod_open(const char* case_file, const char* const* settings, const char* directory, int64_t* simulation);
 
+/* Continues what is in a run directory, left by a simulation or by `copepod run`, from its newest checkpoint. What was
+ * steered stays so. */
+int copepod_resume(const char* directory, const char* const* settings, int64_t* simulation);
+
 /* What does not change, as JSON: step_s, directory, warnings, names of "bodies", and "actuators" by their key path in
  * the case. The text lives until copepod_close. */
 int copepod_describe(int64_t simulation, const char** json);
@@ -58,6 +62,9 @@ int copepod_act(int64_t simulation, int64_t actuator, double value, int64_t step
 int copepod_snapshot(int64_t simulation, int64_t* snapshot);
 int copepod_restore(int64_t simulation, int64_t snapshot);
 int copepod_drop(int64_t simulation, int64_t snapshot);
+
+/* Writes a checkpoint into the run directory; the newest two are kept. Not before the first step. */
+int copepod_write_checkpoint(int64_t simulation);
 
 /* Completes the run directory with summary.json, unless the simulation has failed, and frees everything. */
 int copepod_close(int64_t simulation);

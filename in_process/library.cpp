@@ -83,12 +83,11 @@ struct KeptSnapshot {
 };
 
 /// @param keeps_results  without, nothing is written on the way: it would fill the memory
-LoadedCase load(const char* case_file, const char* const* settings, bool keeps_results) {
+LoadedCase load(const std::string& case_file, const char* const* settings, bool keeps_results) {
   std::vector<std::string> overrides{"services.transport=in_process"};
   for (; settings != nullptr && *settings != nullptr; ++settings) overrides.emplace_back(*settings);
   LoadedCase loaded = coupler::load_case(case_file, overrides);
-  if (loaded.sweep)
-    throw CaseError(std::string(case_file) + " is a sweep (a simulation is of one case). Set sweep=null.");
+  if (loaded.sweep) throw CaseError(case_file + " is a sweep (a simulation is of one case). Set sweep=null.");
   if (loaded.content.output.trace)
     throw CaseError(
         "output.trace is of runs that nothing interrupts (a simulation may return to an earlier state). "
@@ -104,17 +103,26 @@ LoadedCase load(const char* case_file, const char* const* settings, bool keeps_r
 /// A case that is advanced by its caller.
 class Simulation {
  public:
-  Simulation(const char* case_file, const char* const* settings, const char* directory)
+  /// @param resumes  the run in the directory, from its newest checkpoint
+  Simulation(const std::string& case_file, const char* const* settings, const char* directory, bool resumes)
       : loaded_(load(case_file, settings, directory != nullptr)),
         directory_(directory != nullptr ? fs::path(directory) : temporary_.emplace().path()),
         components_(loaded_.content.services.fluid_ranks),
-        provenance_(directory_, "libcopepod", "", loaded_.content.services.fluid_ranks, false),
+        provenance_(directory_, "libcopepod", "", loaded_.content.services.fluid_ranks, resumes),
         run_(loaded_, directory_, components_, events_, signals_) {
-    if (fs::exists(directory_.resolved_case()))
+    if (!resumes && fs::exists(directory_.resolved_case()))
       throw CaseError(directory_.root().string() +
-                      " holds a run already (which would be lost). Choose another folder.");
-    write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
-    run_.open([&](const auto& components, std::int64_t) {
+                      " holds a run already (which would be lost). Choose another folder, "
+                      "or resume it.");
+    const auto write_case = [&] {
+      write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
+    };
+    if (resumes)
+      coupler::require_same_case(directory_.root(), loaded_.content);
+    else
+      write_case();
+    run_.open(resumes, [&](const auto& components, std::int64_t) {
+      if (resumes) write_case();  // it fits the checkpoint
       provenance_.set_components(components);
       provenance_.write_start();
     });
@@ -163,6 +171,13 @@ class Simulation {
     const auto number = static_cast<std::size_t>(actuator);
     const double unit = coupler::unit_of_actuator(loaded_.assembly, number);
     run_.driving().steer(number, run_.scheme().step(), unit * value, steps);
+  }
+
+  void write_checkpoint() {
+    require_usable();
+    require(!temporary_ && run_.scheme().step() > 0,
+            "there is no checkpoint to write (no run directory was given, or no step has been done).");
+    run_.write_checkpoint();
   }
 
   std::int64_t snapshot() {
@@ -262,20 +277,33 @@ int guarded(std::int64_t handle, const Action& action) noexcept {
 
 using namespace copepod;
 
-int copepod_open(const char* case_file, const char* const* settings, const char* directory, int64_t* simulation) {
+namespace {
+
+int opened(const char* place, const char* case_file, const char* const* settings, const char* directory, bool resumes,
+           int64_t* simulation) {
   return guarded([&] {
-    require_argument(case_file);
+    require_argument(place);
     require_argument(simulation);
     static const bool has_no_log = [] {  // the default one writes to the caller's terminal
       spdlog::set_default_logger(spdlog::create<spdlog::sinks::null_sink_mt>("copepod"));
       return true;
     }();
     static_cast<void>(has_no_log);
-    const auto made = std::make_shared<Simulation>(case_file, settings, directory);
+    const auto made = std::make_shared<Simulation>(place + std::string(case_file), settings, directory, resumes);
     const std::lock_guard lock(registry_mutex);
     registry.emplace(++newest_handle, made);
     *simulation = newest_handle;
   });
+}
+
+}  // namespace
+
+int copepod_open(const char* case_file, const char* const* settings, const char* directory, int64_t* simulation) {
+  return opened(case_file, "", settings, directory, false, simulation);
+}
+
+int copepod_resume(const char* directory, const char* const* settings, int64_t* simulation) {
+  return opened(directory, "/case.yaml", settings, directory, true, simulation);
 }
 
 int copepod_describe(int64_t simulation, const char** json) {
@@ -301,6 +329,10 @@ int copepod_observe(int64_t simulation, copepod_state* state) {
 
 int copepod_act(int64_t simulation, int64_t actuator, double value, int64_t steps) {
   return guarded(simulation, [&](Simulation& found) { found.act(actuator, value, steps); });
+}
+
+int copepod_write_checkpoint(int64_t simulation) {
+  return guarded(simulation, [](Simulation& found) { found.write_checkpoint(); });
 }
 
 int copepod_snapshot(int64_t simulation, int64_t* snapshot) {

@@ -9,9 +9,11 @@
 #include "contact/contact_law.hpp"
 #include "contract/body_setup.hpp"
 #include "geometry/near_pairs.hpp"
+#include "geometry/shapes/overlaps.hpp"
 #include "joints/joints.hpp"
 #include "model/body_model.hpp"
 #include "model/motion_state.hpp"
+#include "threads/thread_team.hpp"
 
 namespace copepod::body {
 
@@ -111,6 +113,27 @@ class Contacts {
   double near_m_ = 0.0;  ///< gap below which contacts may begin in the interval
   Eigen::Matrix3Xd force_N_;
   Eigen::Matrix3Xd torque_N_m_;
+};
+
+/// Finds bodies that overlap.
+class OverlapCheck {
+ public:
+  /// @param model, near_pairs  must outlive this object
+  /// @param contact  for the error
+  OverlapCheck(const BodyModel& model, NearPairs& near_pairs, const ContactSpecification& contact = {});
+
+  /// @param state  finite
+  /// @param step   for the error
+  /// @throws SolverError naming two bodies that overlap, by how much, and what to do
+  void check(const MotionState& state, std::int64_t step, ThreadTeam& team);
+
+ private:
+  void check_pair(int A, int B, const MotionState& state, std::int64_t step) const;
+
+  const BodyModel& model_;
+  NearPairs& near_pairs_;
+  Overlaps overlaps_;
+  bool contacts_are_resolved_;
 };
 
 }  // namespace copepod::body

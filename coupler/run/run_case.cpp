@@ -18,7 +18,7 @@
 namespace copepod::coupler {
 
 void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch, const OnReady& on_ready) {
-  const CheckpointStore store(directory_.checkpoints(), case_key(loaded_.content));
+  const CheckpointStore store = own_checkpoints();
   connect();
   std::optional<FoundCheckpoint> checkpoint;
   if (beginning == Beginning::resumed) checkpoint = find_checkpoint(store, std::nullopt);
@@ -27,14 +27,28 @@ void CaseRun::run(Beginning beginning, const std::optional<Branch>& branch, cons
     checkpoint->state.first_step = checkpoint->state.step;
     require_own_samples(*branch, checkpoint->state.step);
   }
+  if (checkpoint && checkpoint->state.step >= loaded_.content.steps) {
+    const std::string step = std::to_string(checkpoint->state.step);
+    throw CaseError("run.steps is " + std::to_string(loaded_.content.steps) +
+                    ", and the newest checkpoint is of step " + step +
+                    " (nothing is left to compute). Set run.steps to more than " + step + ", or run without --resume.");
+  }
   start(checkpoint, beginning == Beginning::resumed, on_ready);
   compute(store);
   finish();
 }
 
-void CaseRun::open(const OnReady& on_ready) {
+void CaseRun::open(bool resumes, const OnReady& on_ready) {
   connect();
-  start(std::nullopt, false, on_ready);
+  start(resumes ? std::optional(find_checkpoint(own_checkpoints(), std::nullopt)) : std::nullopt, resumes, on_ready);
+}
+
+CheckpointStore CaseRun::own_checkpoints() const { return {directory_.checkpoints(), case_key(loaded_.content)}; }
+
+void CaseRun::write_checkpoint() {
+  CheckpointStore store = own_checkpoints();
+  store.prepare(solvers(), state());
+  store.commit(scheme_->step());
 }
 
 void CaseRun::connect() {
@@ -75,14 +89,8 @@ FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store, std::opti
   components_.stay_in_touch_during([&] { found = store.find(wanted); });
   for (const std::string& reason : found.skipped) notice(reason);
   require_same_components(found.state);
-  const std::int64_t step = found.state.step, steps = loaded_.content.steps;
-  if (step >= steps) {
-    throw CaseError("run.steps is " + std::to_string(steps) + ", and the newest checkpoint is of step " +
-                    std::to_string(step) + " (nothing is left to compute). Set run.steps to more than " +
-                    std::to_string(step) + ", or run without --resume.");
-  }
   notice_missing_samples(found.state);
-  spdlog::info("resuming at step {}", step);
+  spdlog::info("resuming at step {}", found.state.step);
   return found;
 }
 
@@ -172,12 +180,19 @@ SolversByFile CaseRun::solvers() const {
   return all;
 }
 
-/// A branch may have other controllers than the run that it starts from: those begin anew.
-Controllers CaseRun::make_controllers(const std::optional<FoundCheckpoint>& checkpoint) {
+/// A branch may have other controllers than the run that it starts from: those begin anew. What others have steered
+/// follows the case again there; in a run that is resumed it stays.
+Controllers CaseRun::make_controllers(const std::optional<FoundCheckpoint>& checkpoint, bool resumes) {
   std::vector<AttachedController> all;
   const std::size_t actuators = loaded_.assembly.drive.size();
   const bool knows_drive = checkpoint && checkpoint->state.steered.size() == loaded_.assembly.drive_paths.size() &&
                            checkpoint->state.ways.size() == loaded_.assembly.prescribed.size();
+  const auto follow = [&](std::size_t number) {
+    if (!knows_drive || checkpoint->state.steered[number].empty()) return;
+    driving_.follow(number, checkpoint->state.steered[number]);
+    if (number >= actuators) driving_.resume_way(number - actuators, checkpoint->state.ways[number - actuators]);
+  };
+  for (std::size_t number = 0; resumes && number < loaded_.assembly.drive_paths.size(); ++number) follow(number);
   for (std::size_t i = 0; i < loaded_.content.controllers.size(); ++i) {
     ControllerSetup setup = make_controller_setup(loaded_.content, loaded_.assembly, i);
     if (!trace_directory_.empty()) setup.trace_directory = trace_directory_;
@@ -186,11 +201,7 @@ Controllers CaseRun::make_controllers(const std::optional<FoundCheckpoint>& chec
     if (!checkpoint) continue;
     const std::filesystem::path file = checkpoint->folder / controller_file(setup.name);
     if (std::filesystem::exists(file)) all.back().controller->restore(file.string());
-    for (const auto& [number, factor, moves] : all.back().actuators) {
-      if (!knows_drive || checkpoint->state.steered[number].empty()) continue;
-      driving_.follow(number, checkpoint->state.steered[number]);
-      if (number >= actuators) driving_.resume_way(number - actuators, checkpoint->state.ways[number - actuators]);
-    }
+    for (const auto& [number, factor, moves] : all.back().actuators) follow(number);
   }
   return {std::move(all), driving_};
 }
@@ -205,7 +216,7 @@ void CaseRun::make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool
                                            : std::numeric_limits<double>::infinity();
   plausibility_.emplace(the_case.fluid, loaded_.assembly.bodies, largest_speed_m_per_s);
   scheme_.emplace(*fluid_, *body_, driving_, *plausibility_, the_case.load_averaging, *observers_, timeline_,
-                  virtual_mass_, lubrication_, make_controllers(checkpoint));
+                  virtual_mass_, lubrication_, make_controllers(checkpoint, resumes));
   if (checkpoint) {
     const CouplerState& state = checkpoint->state;
     scheme_->restore(state.step, state.previous_loads, state.previous_kinematics, state.loads);

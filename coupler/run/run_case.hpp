@@ -30,7 +30,7 @@ struct Snapshot {
 
 /// Runs one case from connecting its components to the summary, and leaves a complete run directory.
 ///
-/// Legal call order: run, or: open -> { advance | save -> … -> restore }* -> [finish]
+/// Legal call order: run, or: open -> { advance | save -> … -> restore | write_checkpoint }* -> [finish]
 class CaseRun {
  public:
   using OnReady = std::function<void(const std::map<std::string, Capabilities>& components, std::int64_t step)>;
@@ -50,8 +50,8 @@ class CaseRun {
   /// @throws what a component, the disk or a signal makes fail; the caller reports it
   void run(Beginning beginning, const std::optional<Branch>& branch, const OnReady& on_ready);
 
-  /// Everything before the first step of a run that begins at step 0.
-  void open(const OnReady& on_ready);
+  /// Everything before the first step of a run that begins at step 0 or at its newest checkpoint.
+  void open(bool resumes, const OnReady& on_ready);
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   void advance(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause) { scheme_->run(stop, pause); }
   /// Saves the solvers' states in a new folder.
@@ -59,6 +59,8 @@ class CaseRun {
   /// Continues from what `save` returned, as a run that is resumed: with new solvers, and tables that end there. Legal
   /// after a failure, too.
   void restore(const Snapshot& snapshot);
+  /// Writes a checkpoint of the run directory; not at step 0, where there is nothing to save.
+  void write_checkpoint();
   /// Writes the summary, and completes all files.
   void finish();
 
@@ -73,6 +75,7 @@ class CaseRun {
 
  private:
   [[nodiscard]] FoundCheckpoint find_checkpoint(const CheckpointStore& store, std::optional<std::int64_t> step);
+  [[nodiscard]] CheckpointStore own_checkpoints() const;
   void require_own_samples(const Branch& branch, std::int64_t step) const;
   void require_same_components(const CouplerState& state) const;
   void notice_missing_samples(const CouplerState& state);
@@ -84,7 +87,7 @@ class CaseRun {
   /// By the name of each: "fluid", "body", and those of the controllers.
   [[nodiscard]] std::map<std::string, Capabilities> capabilities() const;
   [[nodiscard]] SolversByFile solvers() const;
-  [[nodiscard]] Controllers make_controllers(const std::optional<FoundCheckpoint>& checkpoint);
+  [[nodiscard]] Controllers make_controllers(const std::optional<FoundCheckpoint>& checkpoint, bool resumes);
   void make_solvers(BodySetup body, const std::optional<FoundCheckpoint>& checkpoint);
   void make_scheme(const std::optional<FoundCheckpoint>& checkpoint, bool resumes);
   void compute(const CheckpointStore& store);

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from copepod_report import cycles, flow, motion_plots, page, paper, sweeps, view
+from copepod_report import cycles, flow, motion_plots, page, sweeps, view
 from copepod_report.fields import times_in
 from copepod_report.run_record import DAMAGE, ReadCase, RunRecord, RunResult
 from copepod_report.run_record import collect, name_apart, read_file
@@ -68,9 +68,7 @@ def page_of(directory: str | Path, read_case: ReadCase) -> str:
 
 def opening_figures(runs: Sequence[RunResult], canvas: Canvas, choice: Choice = Choice()) -> list[str]:
     """HTML of the figures that a page of several runs begins with."""
-    text = "Swimming speed of the paper's designs, by family; (a) belongs to three of them."
-    first = canvas.draw("speeds_by_family", paper.speeds_by_family(runs), text, wide=True)
-    first += sweeps.first_figures(runs, canvas.draw, choice)
+    first = sweeps.first_figures(runs, canvas.draw, choice)
     return first or canvas.draw("speeds", motion_plots.speeds(runs), "Swimming speeds of all runs.")
 
 

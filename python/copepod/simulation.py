@@ -4,6 +4,7 @@ import ctypes
 import functools
 import json
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -116,6 +117,8 @@ class Simulation:
     one thread at a time.
     """
 
+    _handle = ctypes.c_int64()  # 0: not open
+
     def __init__(
         self, case: AnyCase, directory: str | Path | None = None, *, set: Settings = (), ranks: int | None = None
     ) -> None:
@@ -126,20 +129,42 @@ class Simulation:
         @param ranks      threads of the fluid
         @throws CaseError for a bad case
         """
-        self._handle = ctypes.c_int64()
-        words = assignments(set) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
         with case_file(case) as file:
-            settings = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
             place = None if directory is None else str(directory).encode()
-            try:
-                _call("copepod_open", str(file.path).encode(), settings, place, ctypes.byref(self._handle))
-            except CaseError as error:
-                raise CaseError(file.shown(str(error)), error.code) from None
-            text = ctypes.c_char_p()
-            _call("copepod_describe", self._handle, ctypes.byref(text))
-            description = json.loads(text.value or b"")
-            for warning in description["warnings"]:
-                warnings.warn(file.shown(warning), CaseWarning, stacklevel=2)
+            self._begin("copepod_open", str(file.path).encode(), set, ranks, place, shown=file.shown)
+
+    @classmethod
+    def resume(cls, directory: str | Path, *, set: Settings = (), ranks: int | None = None) -> "Simulation":
+        """Continues what is in a run directory, left by a simulation or by `run`, from its newest checkpoint. What was
+        steered stays so.
+
+        @throws RunError if there is no checkpoint
+        """
+        simulation = cls.__new__(cls)
+        simulation._begin("copepod_resume", str(directory).encode(), set, ranks)
+        return simulation
+
+    def _begin(
+        self,
+        function: str,
+        path: bytes,
+        settings: Settings,
+        ranks: int | None,
+        *places: bytes | None,
+        shown: Callable[[str], str] = str,
+    ) -> None:
+        self._handle = ctypes.c_int64()
+        words = assignments(settings) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
+        listed = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
+        try:
+            _call(function, path, listed, *places, ctypes.byref(self._handle))
+        except CaseError as error:
+            raise CaseError(shown(str(error)), error.code) from None
+        text = ctypes.c_char_p()
+        _call("copepod_describe", self._handle, ctypes.byref(text))
+        description = json.loads(text.value or b"")
+        for warning in description["warnings"]:
+            warnings.warn(shown(warning), CaseWarning, stacklevel=3)
         self.step_s: float = description["step_s"]
         self.actuators = Actuators(self._handle.value, description["actuators"])
         self._names: list[str] = description["bodies"]
@@ -194,6 +219,13 @@ class Simulation:
         @throws Error for the snapshot of another simulation
         """
         _call("copepod_restore", self._handle, snapshot._number)
+
+    def write_checkpoint(self) -> None:
+        """Writes one into the run directory, for `resume`; the newest two are kept.
+
+        @throws Error without a run directory, or before the first step
+        """
+        _call("copepod_write_checkpoint", self._handle)
 
     def close(self) -> None:
         """Completes the run directory, and frees everything; a second time nothing."""

@@ -76,7 +76,7 @@ class Report(CommandTest):
         text = (self.folder / "both/report.html").read_text()
         self.assertIn("<small>0.0008</small><small>+25.0 %</small>", text)
         self.assertIn('href="#design_b"', text)
-        self.assertTrue((self.folder / "both/speeds_by_family.png").exists())
+        self.assertTrue((self.folder / "both/speeds.png").exists())
         self.assertFalse((self.folder / "both/design_a_mean_flow.png").exists())
 
     def test_runs_of_one_case_have_the_names_of_their_folders(self):

@@ -1,14 +1,11 @@
-"""The paper's designs as a report draws them, hydrodynamic radii and the theory with them."""
+"""Hydrodynamic radii and the theory with them."""
 
 import sys
 import unittest
-from types import SimpleNamespace
 
 import numpy as np
 
-from copepod_session import ROOT  # makes the command's modules importable
-
-from copepod_report.paper import speeds_by_family
+from copepod_session import ROOT
 
 sys.path[:0] = [str(ROOT / "python"), str(ROOT / "tests/validation")]
 
@@ -66,21 +63,6 @@ class HydrodynamicRadii(unittest.TestCase):
         by_hand = 9e-6 * (5.2 * 16 / 13.2**2) / (6 * 16 / 14**2)
         self.assertAlmostEqual(u_GA_measured / by_hand, 1, delta=1e-3)
         self.assertAlmostEqual(error_percent(figures["u_GA_lattice"], figures["u_swim_lattice"]), 100 / 9, delta=1e-9)
-
-
-class Designs(unittest.TestCase):
-    def test_are_drawn_by_family_beside_what_was_published(self):
-        swimmers = {
-            "design_a": {"u_swim_lattice": 1e-6, "published": {"u_swim_lattice": 2e-6}},
-            "design_c": {"u_swim_lattice": 3e-6, "published": None},
-        }
-        runs = [SimpleNamespace(summary={"case": name, "swimmers": [entry]}) for name, entry in swimmers.items()]
-        self.assertIsNone(speeds_by_family(runs[:1]))
-        first, second, *_ = speeds_by_family(runs).axes
-        nan = np.nan
-        np.testing.assert_allclose(first.lines[0].get_ydata(), [1, nan, 3, nan, nan, nan])
-        np.testing.assert_allclose(first.lines[1].get_ydata(), [2, nan, nan, nan, nan, nan])
-        np.testing.assert_allclose(second.lines[0].get_ydata(), [1, nan, nan, nan, nan, nan])
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -121,6 +122,45 @@ class SimulationTest(unittest.TestCase):
             sim.step(steps)
             numpy.testing.assert_array_equal(sim.bodies.position_m, positions)
 
+    def test_a_checkpoint_is_resumed_as_if_nothing_had_been(self):
+        """By another simulation, and by the command; what was steered stays so, in the run directory, too."""
+        settings = {"run.steps": 150, "output.trajectory.every_steps": 10}
+
+        def steered(sim):
+            sim.step(20)
+            sim.actuators.move("joints.0", -4.0e-6, 60)
+            sim.step(30)
+
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(action="ignore"):
+            with copepod.Simulation(STROKE, f"{folder}/whole", set=settings) as whole:
+                steered(whole)
+                whole.step(100)
+            with copepod.Simulation(STROKE, f"{folder}/cut", set=settings) as cut:
+                with self.assertRaisesRegex(copepod.Error, "no checkpoint to write"):
+                    cut.write_checkpoint()
+                steered(cut)
+                cut.write_checkpoint()
+                cut.step(7)
+            shutil.copytree(f"{folder}/cut", f"{folder}/command")
+            with copepod.Simulation.resume(f"{folder}/cut") as resumed:
+                self.assertEqual(resumed.steps, 50)
+                resumed.step(100)
+            copepod.run(STROKE, f"{folder}/command", set=settings, resume=True, quiet=True)
+            runs = [copepod.load(f"{folder}/{name}") for name in ("whole", "cut", "command")]
+            self.assertEqual(len({run.summary["digest"] for run in runs}), 1)
+            for run in runs[1:]:
+                self.assertTrue(run.trajectory.equals(runs[0].trajectory))
+            with self.assertRaisesRegex(copepod.CaseError, "holds a run already"):
+                copepod.Simulation(STROKE, f"{folder}/cut")
+            with self.assertRaisesRegex(copepod.Error, "holds no checkpoint"):
+                copepod.Simulation.resume(f"{folder}/whole")
+            with self.assertRaises(copepod.CaseError):
+                copepod.Simulation.resume(f"{folder}/nowhere")
+            with copepod.Simulation(STROKE) as kept_nowhere:
+                kept_nowhere.step()
+                with self.assertRaisesRegex(copepod.Error, "no checkpoint to write"):
+                    kept_nowhere.write_checkpoint()
+
     def test_mistakes_are_named(self):
         with self.assertRaisesRegex(copepod.CaseError, "fluid.solver is missing"):
             copepod.Simulation({"case": "empty"})
@@ -178,7 +218,8 @@ class SimulationTest(unittest.TestCase):
 
 
 MISUSE = r"""
-import ctypes, sys, threading
+import ctypes, functools, sys, threading
+print = functools.partial(print, file=sys.stderr)  # the library prints, too
 library = ctypes.CDLL(sys.argv[1])
 library.copepod_error.restype = ctypes.c_char_p
 request, number = ctypes.create_string_buffer(200), ctypes.c_double()
@@ -200,6 +241,7 @@ if sys.argv[2] == "--endpoint":
         pass
     print(call("next", request), flush=True)
     import os; os._exit(0)
+import time; time.sleep(0.3)  # the request is there before it is asked for
 print(call("next", request), int.from_bytes(request.raw[:8], "little"))
 print(call("next", request), call("fail", 70, b"x (y). Z."), sep="\n", flush=True)
 """
@@ -262,8 +304,10 @@ class CalledComponentTest(unittest.TestCase):
         ):
             command = [sys.executable, "-c", MISUSE, f"{PROGRAMS}/libcopepod.so", *words]
             ended = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-            lines = [line for line in ended.stdout.splitlines() if not line.startswith("{")]
-            self.assertEqual(len(lines), len(before + after), ended.stdout)
+            lines = [
+                line for line in ended.stderr.splitlines() if line.startswith(("0", "64 "))
+            ]  # not those of the log
+            self.assertEqual(len(lines), len(before + after), ended.stderr)
             for line, start in zip(lines, before + after, strict=True):
                 self.assertTrue(line.startswith(start), f"{line} is not {start}")
 

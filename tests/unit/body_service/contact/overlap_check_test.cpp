@@ -1,5 +1,3 @@
-#include "contact/overlap_check.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
+#include "contact/contacts.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::body {

@@ -1,9 +1,9 @@
-#include "ranks/relays.hpp"
-
 #include <numeric>
 #include <utility>
 
 #include <gtest/gtest.h>
+
+#include "lattice_boltzmann/bodies/nearby_bodies.hpp"
 
 namespace copepod::fluid {
 namespace {
