@@ -86,7 +86,7 @@ class CalledComponent {
   }
 
   [[nodiscard]] double number(const std::string& path) const {
-    const bool is_path = path.empty() || path.front() == '/';
+    const bool is_path = path.starts_with('/') && path.find('~') == std::string::npos;
     require(is_path && setup.contains(nlohmann::json::json_pointer(path)),
             "the setup has no " + path + " (or there is none yet). Its text has the names.");
     const nlohmann::json& value = setup.at(nlohmann::json::json_pointer(path));
@@ -175,8 +175,10 @@ class CalledBodies final : public CalledSolver<BodySolver> {
       : CalledSolver(called, setup, static_cast<Eigen::Index>(setup.bodies.size()), setup.actuators.size()) {}
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
   void kinematics(Kinematics& kinematics) override {
-    answered(request_to(COPEPOD_KINEMATICS), kinematics);
-    kinematics.step = step_;
+    copepod_request request = request_to(COPEPOD_KINEMATICS);
+    kinematics.step = -1;
+    request.next_step = &kinematics.step;
+    answered(request, kinematics);
   }
   void step(const AppliedLoads& applied, Kinematics& next) override {
     called_.loads = applied.hydrodynamic;
@@ -184,7 +186,7 @@ class CalledBodies final : public CalledSolver<BodySolver> {
     request.step = applied.hydrodynamic.step;
     request.actuation = applied.actuation.data();
     answered(request, next);
-    next.step = step_ = request.step + 1;
+    next.step = request.step + 1;
   }
 
  private:
@@ -192,10 +194,9 @@ class CalledBodies final : public CalledSolver<BodySolver> {
     Kinematics& answer = called_.kinematics;
     expect(answer.position_m, answer.orientation_wxyz, answer.velocity_m_per_s, answer.angular_velocity_rad_per_s);
     called_.ask(request);
+    answer.step = kinematics.step;
     kinematics = answer;
   }
-
-  std::int64_t step_ = 0;
 };
 
 /// The component of this process; never destroyed: the kit's thread may outlast `main`.

@@ -28,7 +28,7 @@ enum {
   COPEPOD_SUMMARISE,  /* answer: digest, a number that follows from all bits of the state */
   COPEPOD_EXCHANGE,   /* fluid: bodies that move so during `step`; answer: loads on them */
   COPEPOD_ADVANCE,    /* fluid: the long work of the step, after the loads were sent */
-  COPEPOD_KINEMATICS, /* body; answer: motion at the start of the next step */
+  COPEPOD_KINEMATICS, /* body; answer: motion at the start of the next step, and its number: next_step */
   COPEPOD_STEP        /* body: advance by `step` with these loads and actuators; answer: motion at its end */
 };
 
@@ -50,6 +50,7 @@ typedef struct {
   double* torque_N_m;
   const double* actuation; /* values of the actuators at the start of the step */
   uint64_t* digest;
+  int64_t* next_step;
 } copepod_request;
 
 /* Starts a component with the command line of the process.

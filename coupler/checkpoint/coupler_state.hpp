@@ -33,9 +33,9 @@ struct CouplerState {
   TableEnds tables;                 ///< where the tables of the run directory ended
   MeanSampling mean;                ///< the fluid keeps its sums of the mean field for these steps only
   Loads loads;                      ///< hydrodynamic, of the step before
-  std::vector<DrivingProtocol::Course> steered;
-  std::vector<DrivingProtocol::Way> ways;  ///< of prescribed bodies
-  std::string fluid_component;             ///< name of the component whose state lies beside this one; empty: unknown
+  std::vector<DrivingProtocol::Course> steered;  ///< by actuator and prescribed body
+  std::vector<DrivingProtocol::Way> ways;        ///< of prescribed bodies
+  std::string fluid_component;  ///< name of the component whose state lies beside this one; empty: unknown
   std::string body_component;
 };
 

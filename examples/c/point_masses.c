@@ -27,6 +27,7 @@ static mass* masses;
 static actuator* actuators;
 static int64_t body_count, actuator_count;
 static double step_s;
+static int64_t next_step;
 
 static void require(int code) {
   if (code == 0) return;
@@ -88,6 +89,7 @@ static void advance(const copepod_request* request) {
   }
   for (int64_t i = 0; i < body_count; ++i)
     for (int j = 0; j < 3; ++j) masses[i].position_m[j] += step_s * masses[i].velocity_m_per_s[j];
+  next_step = request->step + 1;
 }
 
 static void answer_motion(const copepod_request* request) {
@@ -101,7 +103,7 @@ static void answer_motion(const copepod_request* request) {
 }
 
 static uint64_t digest(void) {
-  uint64_t sum = 14695981039346656037u;
+  uint64_t sum = 14695981039346656037u ^ (uint64_t)next_step;
   for (size_t i = 0; i < (size_t)body_count * sizeof *masses; ++i)
     sum = (sum ^ ((const unsigned char*)masses)[i]) * 1099511628211u;
   return sum;
@@ -111,7 +113,7 @@ static int save_to(const char* path) {
   const uint64_t sum = digest();
   FILE* file = fopen(path, "wb");
   int is_whole = file && fwrite(masses, sizeof *masses, (size_t)body_count, file) == (size_t)body_count &&
-                 fwrite(&sum, sizeof sum, 1, file) == 1;
+                 fwrite(&next_step, sizeof next_step, 1, file) == 1 && fwrite(&sum, sizeof sum, 1, file) == 1;
   if (file && fclose(file) != 0) is_whole = 0;
   return is_whole ? 0 : copepod_component_fail(73, "The state cannot be written (full disk?). Choose another place.");
 }
@@ -120,7 +122,8 @@ static int restore_from(const char* path) {
   uint64_t sum = 0;
   FILE* file = fopen(path, "rb");
   const int is_whole = file && fread(masses, sizeof *masses, (size_t)body_count, file) == (size_t)body_count &&
-                       fread(&sum, sizeof sum, 1, file) == 1 && fgetc(file) == EOF && sum == digest();
+                       fread(&next_step, sizeof next_step, 1, file) == 1 && fread(&sum, sizeof sum, 1, file) == 1 &&
+                       fgetc(file) == EOF && sum == digest();
   if (file) fclose(file);
   return is_whole ? 0 : copepod_component_fail(73, "The state cannot be read (damaged?). Use another checkpoint.");
 }
@@ -142,6 +145,7 @@ int main(int argc, char** argv) {
         break;
       case COPEPOD_KINEMATICS:
         answer_motion(&request);
+        *request.next_step = next_step;
         break;
       case COPEPOD_SAVE:
         require(save_to(request.text));

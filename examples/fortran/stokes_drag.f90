@@ -1,8 +1,8 @@
 ! A fluid component whose main program is ours: Stokes drag on lonely spheres, F = -6 pi eta r v, T = -8 pi eta r^3 w.
 !
-!   gfortran examples/fortran/stokes_drag.f90 -Lbuild/bin -Wl,-rpath,build/bin -lcopepod -o stokes_drag
-!   deploy/copepod conformance --role fluid -- ./stokes_drag
-!   deploy/copepod run CASE.yaml --fluid ./stokes_drag
+!   gfortran -J/tmp examples/fortran/stokes_drag.f90 -Lbuild/bin -Wl,-rpath,build/bin -lcopepod -o /tmp/stokes_drag
+!   deploy/copepod conformance --role fluid -- /tmp/stokes_drag
+!   deploy/copepod run CASE.yaml --fluid /tmp/stokes_drag
 !
 ! The module declares what the program calls of in_process/copepod_component.h, which is the reference.
 module copepod_component
@@ -18,7 +18,7 @@ module copepod_component
     integer(c_int32_t) :: kind, code
     integer(c_int64_t) :: step, bodies, loads, actuators
     type(c_ptr) :: text, position_m, orientation_wxyz, velocity_m_per_s, angular_velocity_rad_per_s
-    type(c_ptr) :: force_n, torque_n_m, actuation, digest
+    type(c_ptr) :: force_n, torque_n_m, actuation, digest, next_step
   end type
 
   interface

@@ -255,7 +255,7 @@ def call(name, *arguments):
 class Request(ctypes.Structure):
     _fields_ = [("kind", ctypes.c_int32), ("code", ctypes.c_int32), ("step", ctypes.c_int64)]
     _fields_ += [(name, ctypes.c_int64) for name in ("bodies", "loads", "actuators")] + [("text", ctypes.c_char_p)]
-    _fields_ += [(str(number), ctypes.c_void_p) for number in range(8)]
+    _fields_ += [(str(number), ctypes.c_void_p) for number in range(9)]
 words = [b"idle", *(word.encode() for word in sys.argv[2:])]
 argv = (ctypes.c_char_p * len(words))(*words)
 features = b"solver:external shape:sphere neglects:boundary"
@@ -284,6 +284,25 @@ class CalledComponentTest(unittest.TestCase):
                 copepod.run(
                     ROOT / "configs/quick/vacuum.yaml", f"{folder}/run", set=settings, fluid=" ".join(fluid), quiet=True
                 )
+
+    def test_a_body_in_c_resumes(self):
+        """It is pushed along x, so that its state matters."""
+        ball = {"name": "ball", "radius_m": 2e-6, "mass_kg": 5e-14, "position_m": [0, 0, 0]}
+        push = {"kind": "world_force", "body": "ball", "direction": [1, 0, 0]}
+        push["signal"] = {"kind": "sinusoid", "amplitude_N": 1e-9, "period_steps": 30}
+        case = {"case": "ball", "fluid": {"solver": "vacuum", "cell_size_m": 1e-6}, "step_s": 1e-9, "bodies": [ball]}
+        case |= {"actuators": [push], "run": {"steps": 40}, "output": {"checkpoint": {"every_steps": 25}}}
+        with tempfile.TemporaryDirectory() as folder:
+            library = [f"-I{ROOT}/in_process", f"-L{PROGRAMS}", f"-Wl,-rpath,{PROGRAMS}", "-lcopepod"]
+            source = ROOT / "examples/c/point_masses.c"
+            subprocess.run(["cc", source, *library, "-o", f"{folder}/masses"], check=True)
+            settings = {"body": f"{folder}/masses", "quiet": True}
+            whole = copepod.run(case, f"{folder}/whole", **settings)
+            shutil.copytree(f"{folder}/whole", f"{folder}/cut")
+            (Path(folder) / "cut/summary.json").unlink()
+            cut = copepod.run(case, f"{folder}/cut", resume=True, **settings)
+            self.assertEqual(cut.summary["digest"], whole.summary["digest"])
+            self.assertTrue(cut.trajectory.equals(whole.trajectory))
 
     def test_misuse_is_a_code_with_a_message(self):
         """Of a component that was opened never, wrongly, twice, by a second thread, and has ended."""
