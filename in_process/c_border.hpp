@@ -19,8 +19,8 @@ inline void require(bool makes_sense, const std::string& reason) {
   if (!makes_sense) throw Misuse(reason);
 }
 
-inline void require_argument(const void* argument) {
-  require(argument != nullptr, "an argument is NULL (a place is needed there). See the header.");
+void require_arguments(const auto*... arguments) {
+  require(((arguments != nullptr) && ...), "an argument is NULL (a place is needed there). See the header.");
 }
 
 /// What copepod_error returns.

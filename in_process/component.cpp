@@ -223,10 +223,7 @@ using namespace copepod;
 int copepod_component_open(int argc, char** argv, const char* role, const char* name, const char* version,
                            const char* features) {
   return guarded([&] {
-    for (const void* argument :
-         {static_cast<const void*>(argv), static_cast<const void*>(role), static_cast<const void*>(name),
-          static_cast<const void*>(version), static_cast<const void*>(features)})
-      require_argument(argument);
+    require_arguments(argv, role, name, version, features);
     require(component == nullptr, "this process has a component already (one per process). Start another process.");
     const bool is_fluid = role == std::string("fluid");
     require(is_fluid || role == std::string("body"), "the role is neither fluid nor body. Use one of them.");
@@ -247,14 +244,14 @@ int copepod_component_open(int argc, char** argv, const char* role, const char* 
 
 int copepod_component_next(copepod_request* request) {
   return guarded([&] {
-    require_argument(request);
+    require_arguments(request);
     *request = opened().next();
   });
 }
 
 int copepod_component_fail(int code, const char* message) {
   return guarded([&] {
-    require_argument(message);
+    require_arguments(message);
     require(code == static_cast<int>(ExitCode::solver_failed) || code == static_cast<int>(ExitCode::storage_failed),
             "the code is neither 70 nor 73. Use one of them.");
     opened().fail(code, message);
@@ -263,8 +260,7 @@ int copepod_component_fail(int code, const char* message) {
 
 int copepod_component_number(const char* path, double* value) {
   return guarded([&] {
-    require_argument(path);
-    require_argument(value);
+    require_arguments(path, value);
     *value = opened().number(path);
   });
 }

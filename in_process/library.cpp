@@ -282,8 +282,7 @@ namespace {
 int opened(const char* place, const char* case_file, const char* const* settings, const char* directory, bool resumes,
            int64_t* simulation) {
   return guarded([&] {
-    require_argument(place);
-    require_argument(simulation);
+    require_arguments(place, simulation);
     static const bool has_no_log = [] {  // the default one writes to the caller's terminal
       spdlog::set_default_logger(spdlog::create<spdlog::sinks::null_sink_mt>("copepod"));
       return true;
@@ -308,7 +307,7 @@ int copepod_resume(const char* directory, const char* const* settings, int64_t* 
 
 int copepod_describe(int64_t simulation, const char** json) {
   return guarded(simulation, [&](const Simulation& found) {
-    require_argument(json);
+    require_arguments(json);
     *json = found.description().c_str();
   });
 }
@@ -322,7 +321,7 @@ int copepod_step(int64_t simulation, int64_t steps, double limit_s, int64_t* don
 
 int copepod_observe(int64_t simulation, copepod_state* state) {
   return guarded(simulation, [&](const Simulation& found) {
-    require_argument(state);
+    require_arguments(state);
     *state = found.observe();
   });
 }
@@ -337,7 +336,7 @@ int copepod_write_checkpoint(int64_t simulation) {
 
 int copepod_snapshot(int64_t simulation, int64_t* snapshot) {
   return guarded(simulation, [&](Simulation& found) {
-    require_argument(snapshot);
+    require_arguments(snapshot);
     *snapshot = found.snapshot();
   });
 }
