@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -33,6 +34,23 @@ namespace {
 namespace fs = std::filesystem;
 using coupler::LoadedCase;
 
+/// A folder that no other process is to use; the lock is that of `copepod run` on a run directory.
+class FolderLock {
+ public:
+  FolderLock() = default;
+  FolderLock(FolderLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  ~FolderLock() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  bool take(const fs::path& path) {
+    descriptor_ = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+    return descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
+  }
+
+ private:
+  int descriptor_ = -1;
+};
+
 /// A new folder that goes with this object: in memory, where the system has such a place. Its lock shows that it is in
 /// use; those of processes that were killed are removed.
 class TemporaryFolder {
@@ -43,38 +61,33 @@ class TemporaryFolder {
     for (const auto& entry : fs::directory_iterator(parent))
       if (entry.path().filename().string().starts_with(name_start)) remove_if_abandoned(entry.path());
     std::string path = parent / (name_start + std::to_string(::getpid()) + "-XXXXXX");
-    if (::mkdtemp(path.data()) == nullptr || !take_lock(path))
+    if (::mkdtemp(path.data()) == nullptr || !lock_.take(path))
       throw StorageError(path + " cannot be made (" + std::generic_category().message(errno) + "). Free some space.");
     path_ = path;
   }
   TemporaryFolder(TemporaryFolder&& other) noexcept
-      : path_(std::exchange(other.path_, fs::path())), lock_(std::exchange(other.lock_, -1)) {}
+      : path_(std::exchange(other.path_, fs::path())), lock_(std::move(other.lock_)) {}
   ~TemporaryFolder() {
     std::error_code ignored;
     if (!path_.empty()) fs::remove_all(path_, ignored);
-    if (lock_ >= 0) ::close(lock_);
   }
   [[nodiscard]] const fs::path& path() const { return path_; }
 
  private:
   inline static const std::string name_start = "copepod-simulation-";
 
-  bool take_lock(const fs::path& path) {
-    lock_ = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
-    return lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) == 0;
-  }
-  void remove_if_abandoned(const fs::path& path) {
+  static void remove_if_abandoned(const fs::path& path) {
     struct stat status {};
     constexpr std::time_t young_s = 60;  // its maker may be about to lock it
     std::error_code ignored;
+    FolderLock lock;
     if (::lstat(path.c_str(), &status) == 0 && status.st_uid == ::geteuid() &&
-        std::time(nullptr) - status.st_mtime > young_s && take_lock(path))
+        std::time(nullptr) - status.st_mtime > young_s && lock.take(path))
       fs::remove_all(path, ignored);
-    if (lock_ >= 0) ::close(std::exchange(lock_, -1));
   }
 
   fs::path path_;
-  int lock_ = -1;
+  FolderLock lock_;
 };
 
 struct KeptSnapshot {
@@ -110,19 +123,16 @@ class Simulation {
         components_(loaded_.content.services.fluid_ranks),
         provenance_(directory_, "libcopepod", "", loaded_.content.services.fluid_ranks, resumes),
         run_(loaded_, directory_, components_, events_, signals_) {
+    if (!temporary_ && !lock_.take(fs::canonical(directory_.root())) && errno == EWOULDBLOCK)
+      throw CaseError(directory_.root().string() +
+                      " is in use (a run or simulation writes there). Wait for it to end.");
     if (!resumes && fs::exists(directory_.resolved_case()))
       throw CaseError(directory_.root().string() +
                       " holds a run already (which would be lost). Choose another folder, "
                       "or resume it.");
-    const auto write_case = [&] {
-      write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
-    };
-    if (resumes)
-      coupler::require_same_case(directory_.root(), loaded_.content);
-    else
-      write_case();
+    if (resumes) coupler::require_same_case(directory_.root(), loaded_.content);
     run_.open(resumes, [&](const auto& components, std::int64_t) {
-      if (resumes) write_case();  // it fits the checkpoint
+      write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
       provenance_.set_components(components);
       provenance_.write_start();
     });
@@ -237,6 +247,7 @@ class Simulation {
   LoadedCase loaded_;
   std::optional<TemporaryFolder> temporary_;
   coupler::RunDirectory directory_;
+  FolderLock lock_;
   LocalComponents components_;
   std::ostream nowhere_{nullptr};
   coupler::Events events_{nowhere_};
@@ -272,16 +283,9 @@ int guarded(std::int64_t handle, const Action& action) noexcept {
   });
 }
 
-}  // namespace
-}  // namespace copepod
-
-using namespace copepod;
-
-namespace {
-
 int opened(const char* place, const char* case_file, const char* const* settings, const char* directory, bool resumes,
            int64_t* simulation) {
-  return guarded([&] {
+  return copepod::guarded([&] {
     require_arguments(place, simulation);
     static const bool has_no_log = [] {  // the default one writes to the caller's terminal
       spdlog::set_default_logger(spdlog::create<spdlog::sinks::null_sink_mt>("copepod"));
@@ -296,6 +300,9 @@ int opened(const char* place, const char* case_file, const char* const* settings
 }
 
 }  // namespace
+}  // namespace copepod
+
+using namespace copepod;
 
 int copepod_open(const char* case_file, const char* const* settings, const char* directory, int64_t* simulation) {
   return opened(case_file, "", settings, directory, false, simulation);

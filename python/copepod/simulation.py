@@ -65,6 +65,10 @@ def _call(name: str, *arguments: Any) -> None:
     raise kind(message, code)
 
 
+def _words(settings: Settings, ranks: int | None) -> list[str]:
+    return assignments(settings) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
+
+
 class Actuators:
     """The case's actuators, in the order of `paths`: `actuators["joints.0"] = 1e-6`, or a number for the path, replaces
     the signal of the case by a constant from the next step on. In N, N m, m or rad, see docs/steering.md."""
@@ -131,7 +135,7 @@ class Simulation:
         """
         with case_file(case) as file:
             place = None if directory is None else str(directory).encode()
-            self._begin("copepod_open", str(file.path).encode(), set, ranks, place, shown=file.shown)
+            self._begin("copepod_open", _words(set, ranks), file.shown, str(file.path), place)
 
     @classmethod
     def resume(cls, directory: str | Path, *, set: Settings = (), ranks: int | None = None) -> "Simulation":
@@ -141,23 +145,14 @@ class Simulation:
         @throws RunError if there is no checkpoint
         """
         simulation = cls.__new__(cls)
-        simulation._begin("copepod_resume", str(directory).encode(), set, ranks)
+        simulation._begin("copepod_resume", _words(set, ranks), str, str(directory))
         return simulation
 
-    def _begin(
-        self,
-        function: str,
-        path: bytes,
-        settings: Settings,
-        ranks: int | None,
-        *places: bytes | None,
-        shown: Callable[[str], str] = str,
-    ) -> None:
+    def _begin(self, name: str, words: list[str], shown: Callable[[str], str], path: str, *more: bytes | None) -> None:
         self._handle = ctypes.c_int64()
-        words = assignments(settings) + ([f"services.fluid.ranks={ranks}"] if ranks else [])
-        listed = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
+        settings = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
         try:
-            _call(function, path, listed, *places, ctypes.byref(self._handle))
+            _call(name, path.encode(), settings, *more, ctypes.byref(self._handle))
         except CaseError as error:
             raise CaseError(shown(str(error)), error.code) from None
         text = ctypes.c_char_p()

@@ -144,6 +144,10 @@ class SimulationTest(unittest.TestCase):
             shutil.copytree(f"{folder}/cut", f"{folder}/command")
             with copepod.Simulation.resume(f"{folder}/cut") as resumed:
                 self.assertEqual(resumed.steps, 50)
+                with self.assertRaisesRegex(copepod.CaseError, "is in use"):
+                    copepod.Simulation.resume(f"{folder}/cut")
+                with self.assertRaisesRegex(copepod.Error, "in use"):
+                    copepod.run(STROKE, f"{folder}/cut", set=settings, resume=True, quiet=True)
                 resumed.step(100)
             copepod.run(STROKE, f"{folder}/command", set=settings, resume=True, quiet=True)
             runs = [copepod.load(f"{folder}/{name}") for name in ("whole", "cut", "command")]
