@@ -238,7 +238,10 @@ print(call("next", request), call("fail", 70, b"x (y). Z."), call("number", b"/a
 print(opened(b"fluid", None), opened(b"pilot"), opened(b"fluid"), opened(b"fluid"), sep="\n")
 print(call("report_progress"), call("number", b"a", ctypes.byref(number)), call("fail", 1, b""), call("next", None),
       sep="\n")
-waiting = threading.Thread(target=lambda: call("next", request))
+def wait():
+    while "another thread" in call("next", request):  # the one below
+        pass
+waiting = threading.Thread(target=wait)
 if sys.argv[2] == "--endpoint":
     waiting.start()
     while "another thread" not in call("fail", 70, b"x (y). Z."):
