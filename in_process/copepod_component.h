@@ -9,7 +9,8 @@
  * `next` sends what was filled in as the answer to the request before, and waits for another. Connection, pings, states
  * and the command line (--capabilities, --help) are the library's affair, in threads of its own. Every function returns
  * 0 or COPEPOD_MISUSE (64), which changes nothing; copepod_error() then has the message. One component per process; its
- * functions are called by one thread at a time. docs/adding_a_component.md has what a fluid and a body are asked for.
+ * functions are called by one thread at a time, and all but open and next while a request waits for its answer.
+ * docs/adding_a_component.md has what a fluid and a body are asked for.
  */
 #ifndef COPEPOD_COMPONENT_H
 #define COPEPOD_COMPONENT_H

@@ -232,25 +232,27 @@ argv = (ctypes.c_char_p * len(words))(*words)
 def call(name, *arguments):
     code = getattr(library, "copepod_component_" + name)(*arguments)
     return "0" if code == 0 else str(code) + " " + library.copepod_error().decode()
-def opened(role, *others):
-    return call("open", len(words), argv, role, b"Mine", b"1.0", *(others or [b"shape:sphere"]))
-print(call("next", request), call("fail", 70, b"x (y). Z."), call("number", b"/a", ctypes.byref(number)), sep="\n")
-print(opened(b"fluid", None), opened(b"pilot"), opened(b"fluid"), opened(b"fluid"), sep="\n")
-print(call("report_progress"), call("number", b"a", ctypes.byref(number)), call("fail", 1, b""), call("next", None),
-      sep="\n")
+def opened(role, features=b"shape:sphere", name=b"Mine", argc=len(words), argv=argv):
+    return call("open", argc, argv, role, name, b"1.0", features)
+def asked():
+    return call("number", b"/step_s", ctypes.byref(number)), call("report_progress"), call("fail", 70, b"x (y). Z.")
+print(call("next", request), *asked(), sep="\n")
+print(opened(b"fluid", None), opened(b"pilot"), opened(b"fluid", b"\xff"), opened(b"fluid", name=b"\xff"), sep="\n")
+print(opened(b"fluid", argc=0), opened(b"fluid", argc=-1), opened(b"fluid", argv=(ctypes.c_char_p * 9)()), sep="\n")
+print(opened(b"fluid"), opened(b"fluid"), *asked(), call("fail", 1, b""), call("next", None), sep="\n")
 def wait():
-    while "another thread" in call("next", request):  # the one below
+    while "another thread" in call("next", request):  # the main thread may be in a call
         pass
 waiting = threading.Thread(target=wait)
 if sys.argv[2] == "--endpoint":
     waiting.start()
     while "another thread" not in call("fail", 70, b"x (y). Z."):
         pass
-    print(call("next", request), flush=True)
+    print(call("next", request), *asked(), sep="\n", flush=True)
     import os; os._exit(0)
 import time; time.sleep(0.3)  # the request is there before it is asked for
 print(call("next", request), int.from_bytes(request.raw[:8], "little"))
-print(call("next", request), call("fail", 70, b"x (y). Z."), sep="\n", flush=True)
+print(call("next", request), *asked(), sep="\n", flush=True)
 """
 
 
@@ -271,10 +273,14 @@ request, number = Request(), ctypes.c_double()
 while request.kind or request.text is None:
     call("next", ctypes.byref(request))
     if request.kind == 0:
+        with open(sys.argv[0] + ".end", "w") as file:
+            print(library.copepod_component_report_progress(), file=file)
         sys.exit(request.code)
     if request.kind == 1:
         call("report_progress")
-        for path, value in ((b"/bodies/2/radius_m", 4e-6), (b"/boundaries/0/kind", None), (b"/domain_cells/0", 7.0)):
+        wrong = [b"a", b"", b"/~", b"/a", b"/bodies/99", b"/bodies/" + b"9" * 30, b"/\xff", b"/boundaries/0/kind"]
+        paths = [(b"/bodies/2/radius_m", 4e-6), (b"/domain_cells/0", 7.0), *((path, None) for path in wrong)]
+        for path, value in paths:
             code = library.copepod_component_number(path, ctypes.byref(number))
             assert code == (0 if value is not None else 64) and number.value == (value or number.value), path
 """
@@ -291,6 +297,7 @@ class CalledComponentTest(unittest.TestCase):
                 copepod.run(
                     ROOT / "configs/quick/vacuum.yaml", f"{folder}/run", set=settings, fluid=" ".join(fluid), quiet=True
                 )
+            self.assertEqual((Path(folder) / "idle.py.end").read_text(), "64\n")  # once it has ended
 
     def test_a_body_in_c_resumes(self):
         """It is pushed along x, so that its state matters."""
@@ -314,19 +321,21 @@ class CalledComponentTest(unittest.TestCase):
     def test_misuse_is_a_code_with_a_message(self):
         """Of a component that was opened never, wrongly, twice, by a second thread, and has ended."""
         before = [
-            *["64 no component is open"] * 3,
+            *["64 no component is open"] * 4,
             "64 an argument is NULL",
             "64 the role is neither",
+            *["64 a text is not UTF-8"] * 2,
+            *["64 argc is below 1"] * 2,
+            "64 an argument is NULL",
             "0",
             "64 this process has a component already",
-            "64 there is no setup yet",
-            "64 the setup has no a ",
+            *["64 nothing was asked"] * 3,
             "64 the code is neither 70 nor 73",
             "64 an argument is NULL",
         ]
         for words, after in (
-            (["--capabilities"], ["0 0", "64 the component has ended", "64 nothing was asked"]),
-            (["--endpoint", "ipc:///nowhere", "--session", "s"], ["64 another thread is in a call for the component"]),
+            (["--capabilities"], ["0 0", "64 the component has ended", *["64 nothing was asked"] * 3]),
+            (["--endpoint", "ipc:///nowhere", "--session", "s"], ["64 another thread is in a call"] * 4),
         ):
             command = [sys.executable, "-c", MISUSE, f"{PROGRAMS}/libcopepod.so", *words]
             ended = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
