@@ -117,7 +117,7 @@ class CalledComponent {
   std::unique_lock<std::mutex> while_asked() {
     std::unique_lock in_a_call = only_call();
     const std::lock_guard lock(mutex_);
-    require(state_ == State::asked, "nothing was asked (next comes first). Call it.");
+    require(state_ == State::asked, "no request waits for an answer (next gives one). Call copepod_component_next.");
     return in_a_call;
   }
   void give_back() {

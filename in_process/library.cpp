@@ -186,7 +186,7 @@ class Simulation {
   void write_checkpoint() {
     require_usable();
     require(!temporary_ && run_.scheme().step() > 0,
-            "there is no checkpoint to write (no run directory was given, or no step has been done).");
+            "a checkpoint cannot be written (it needs a run directory, and a first step). Open one, and step before.");
     run_.write_checkpoint();
   }
 

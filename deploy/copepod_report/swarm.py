@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
-import scipy.fft
 from matplotlib.collections import LineCollection
 from numpy.typing import ArrayLike
 
@@ -277,6 +276,8 @@ def energy_spectrum(
     @param periodic            by axis of these arrays
     @return empty arrays for a box of one cell
     """
+    import scipy.fft  # most reports need none
+
     is_periodic = np.asarray(periodic, bool)
     energy = np.zeros(())
     for component in components_m_per_s:

@@ -25,7 +25,7 @@ def periods(time_s, signal):
 
 
 def figures(time_s, drag, lift, speed, length):
-    """{name: (value, spread)} of coefficients over time; without an oscillation there is no Strouhal number."""
+    """{name: (mean, half of the span)} of coefficients over time; a Strouhal number only where the lift oscillates."""
     rises = periods(time_s, lift) if np.ptp(lift) > 1e-3 * np.abs(drag).max() else np.empty(0)
     if len(rises) < 3:
         return {"drag": (drag.mean(), np.ptp(drag) / 2), "lift": (lift.mean(), np.ptp(lift) / 2)}

@@ -142,7 +142,7 @@ class Simulation:
         """Continues what is in a run directory, left by a simulation or by `run`, from its newest checkpoint. What was
         steered stays so.
 
-        @throws RunError if there is no checkpoint
+        @throws RunError if the directory has no complete checkpoint
         """
         simulation = cls.__new__(cls)
         simulation._begin("copepod_resume", _words(set, ranks), str, str(directory))

@@ -136,7 +136,7 @@ class SimulationTest(unittest.TestCase):
                 steered(whole)
                 whole.step(100)
             with copepod.Simulation(STROKE, f"{folder}/cut", set=settings) as cut:
-                with self.assertRaisesRegex(copepod.Error, "no checkpoint to write"):
+                with self.assertRaisesRegex(copepod.Error, "checkpoint cannot be written"):
                     cut.write_checkpoint()
                 steered(cut)
                 cut.write_checkpoint()
@@ -162,7 +162,7 @@ class SimulationTest(unittest.TestCase):
                 copepod.Simulation.resume(f"{folder}/nowhere")
             with copepod.Simulation(STROKE) as kept_nowhere:
                 kept_nowhere.step()
-                with self.assertRaisesRegex(copepod.Error, "no checkpoint to write"):
+                with self.assertRaisesRegex(copepod.Error, "checkpoint cannot be written"):
                     kept_nowhere.write_checkpoint()
 
     def test_mistakes_are_named(self):
@@ -329,12 +329,12 @@ class CalledComponentTest(unittest.TestCase):
             "64 an argument is NULL",
             "0",
             "64 this process has a component already",
-            *["64 nothing was asked"] * 3,
+            *["64 no request waits"] * 3,
             "64 the code is neither 70 nor 73",
             "64 an argument is NULL",
         ]
         for words, after in (
-            (["--capabilities"], ["0 0", "64 the component has ended", *["64 nothing was asked"] * 3]),
+            (["--capabilities"], ["0 0", "64 the component has ended", *["64 no request waits"] * 3]),
             (["--endpoint", "ipc:///nowhere", "--session", "s"], ["64 another thread is in a call"] * 4),
         ):
             command = [sys.executable, "-c", MISUSE, f"{PROGRAMS}/libcopepod.so", *words]
