@@ -47,6 +47,8 @@ typedef struct {
   const double* angular_velocity_rad_per_s;
   const double* force_N;
   const double* torque_N_m;
+  int64_t flow_values; /* newest sample of output.flow, in the order of copepod_describe; before step 1 none */
+  const double* flow;
 } copepod_state;
 int copepod_observe(int64_t simulation, copepod_state* state);
 

@@ -109,6 +109,7 @@ LoadedCase load(const std::string& case_file, const char* const* settings, bool 
     coupler::OutputCase& output = loaded.content.output;
     output.trajectory_every_steps = output.bodies_every_steps = 0;
     output.fields.every_steps = output.fields.mean_stop = 0;
+    output.writes_flow = false;
   }
   return loaded;
 }
@@ -140,7 +141,8 @@ class Simulation {
                                        {"directory", directory != nullptr ? directory_.root().string() : ""},
                                        {"warnings", loaded_.warnings},
                                        {"bodies", nlohmann::json::array()},
-                                       {"actuators", loaded_.assembly.drive_paths}};
+                                       {"actuators", loaded_.assembly.drive_paths},
+                                       {"flow", coupler::make_fluid_setup(loaded_.content, loaded_.assembly, "").flow.names()}};
     for (const BodySpecification& body : loaded_.assembly.bodies) description["bodies"].push_back(body.name);
     description_ = description.dump();
   }
@@ -168,7 +170,8 @@ class Simulation {
     return {run_.scheme().step(),        now.bodies(),
             now.position_m.data(),       now.orientation_wxyz.data(),
             now.velocity_m_per_s.data(), now.angular_velocity_rad_per_s.data(),
-            loads.force_N.data(),        loads.torque_N_m.data()};
+            loads.force_N.data(),        loads.torque_N_m.data(),
+            loads.flow.size(),           loads.flow.data()};
   }
 
   void act(std::int64_t actuator, double value, std::int64_t steps) {

@@ -51,7 +51,7 @@ concept Is = std::same_as<std::remove_const_t<T>, Struct>;
 // Each calls `visit` with name and value of every member, in either direction.
 
 void visit_members(Is<Loads> auto& loads, const auto& visit) {
-  COPEPOD_MEMBERS(visit, loads, step, force_N, torque_N_m);
+  COPEPOD_MEMBERS(visit, loads, step, force_N, torque_N_m, flow);
 }
 
 void visit_members(Is<Kinematics> auto& kinematics, const auto& visit) {
@@ -89,7 +89,8 @@ template <typename Members>
 requires std::is_aggregate_v<Members>
 void decode(const ordered_json& json, Members& members) {
   visit_members(members, [&](const char* name, auto& value) {
-    const bool is_new = std::string_view(name) == "latest_along_m";  // states of older versions lack it
+    const bool is_new = std::string_view(name) == "latest_along_m" || std::string_view(name) == "flow";
+    // States of older versions lack these.
     if (!is_new || json.contains(name)) decode(json.at(name), value);
   });
 }

@@ -153,6 +153,7 @@ FluidSetup make_fluid_setup(const Case& the_case, const Assembly& assembly, cons
   if (the_case.contact) setup.wall_overlap_m = of_a_cell * setup.cell_size_m;
   setup.fields = the_case.output.fields;
   setup.fields.directory = field_directory;
+  if (!computes_no_cells(the_case.fluid.solver)) setup.flow = the_case.output.flow;
   return setup;
 }
 
@@ -179,6 +180,7 @@ ControllerSetup make_controller_setup(const Case& the_case, const Assembly& asse
   setup.step_s = the_case.step_s;
   if (setup.bodies.empty())
     for (const BodySpecification& body : assembly.bodies) setup.bodies.push_back(body.name);
+  setup.flow = make_fluid_setup(the_case, assembly, "").flow.names();
   return setup;
 }
 
@@ -189,7 +191,7 @@ double unit_of_actuator(const Assembly& assembly, std::size_t number) {
 
 AttachedController attached(std::unique_ptr<Controller> controller, const ControllerSetup& setup,
                             const Assembly& assembly) {
-  AttachedController result{std::move(controller), setup.every_steps, {}, {}};
+  AttachedController result{std::move(controller), setup.every_steps, {}, {}, std::ssize(setup.flow)};
   for (const std::string& name : setup.bodies)
     result.bodies.push_back(std::ranges::find(assembly.bodies, name, &BodySpecification::name) -
                             assembly.bodies.begin());

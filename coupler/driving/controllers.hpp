@@ -22,6 +22,7 @@ struct AttachedController {
     bool moves = false;      ///< until the next action, instead of at once
   };
   std::vector<Actuator> actuators;
+  Eigen::Index flow = 0;  ///< values of a sample
 };
 
 /// Asks the controllers of a case in the steps of theirs, one after the other, and steers the drive.
@@ -39,6 +40,8 @@ class Controllers {
     for (AttachedController& each : controllers_) {
       if (kinematics.step % each.every_steps != 0) continue;
       observe(each.bodies, kinematics, loads);
+      observation_.loads.flow = loads.flow;
+      if (loads.flow.size() == 0) observation_.loads.flow.setZero(each.flow);
       const std::vector<double> action = each.controller->act(observation_);
       for (std::size_t i = 0; i < action.size(); ++i) {
         const auto& [number, factor, moves] = each.actuators[i];

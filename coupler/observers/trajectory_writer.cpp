@@ -81,6 +81,12 @@ TrajectoryFile npy_trajectory(const std::string& file_path, const std::vector<st
   return {std::move(file), add};
 }
 
+std::string flow_header(const FlowSampling& sampling) {
+  std::string header = "step,time_s";
+  for (const std::string& name : sampling.names()) header += ',' + csv_field(name);
+  return header;
+}
+
 }  // namespace
 
 TrajectoryWriter::TrajectoryWriter(const std::string& path, const std::vector<std::string>& body_names, double step_s,
@@ -105,6 +111,20 @@ void TrajectoryWriter::finish(const StepRecord& last) {
 void TrajectoryWriter::add(const StepRecord& record) {
   file_.add(record, static_cast<double>(record.step) * step_s_);
   last_written_ = record.step;
+}
+
+FlowWriter::FlowWriter(const std::string& path, FlowSampling sampling, double step_s,
+                       const std::optional<TableEnd>& end)
+    : sampling_(std::move(sampling)), step_s_(step_s), file_(path, flow_header(sampling_), end) {}
+
+void FlowWriter::observe(const StepRecord& record) {
+  if (!sampling_.is_due(record.step)) return;
+  std::string row;
+  append(row, record.step);
+  row += ',';
+  append(row, static_cast<double>(record.step) * step_s_);
+  append_all(row, record.raw.flow);
+  file_.add(row);
 }
 
 ObstacleWriter::ObstacleWriter(const std::vector<ObstacleSpecification>& obstacles,

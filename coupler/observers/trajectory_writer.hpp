@@ -55,6 +55,23 @@ class TrajectoryWriter final : public Observer {
   TrajectoryFile file_;
 };
 
+/// Writes flow.csv: a row per sample of the flow, of the start of its step, with a column for each of
+/// FlowSampling::names.
+class FlowWriter final : public Observer {
+ public:
+  /// @throws StorageError as TrajectoryWriter
+  FlowWriter(const std::string& path, FlowSampling sampling, double step_s, const std::optional<TableEnd>& end);
+
+  void observe(const StepRecord& record) override;
+  void finish(const StepRecord&) override { file_.flush(); }
+  TableEnd sync() { return file_.sync(); }
+
+ private:
+  FlowSampling sampling_;
+  double step_s_;
+  CsvFile file_;
+};
+
 /// Writes obstacles.csv or obstacles.npy: the loads on obstacles that ask for them, as a trajectory of bodies at rest.
 class ObstacleWriter final : public Observer {
  public:

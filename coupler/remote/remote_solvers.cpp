@@ -56,12 +56,12 @@ template class RemoteSolver<BodySolver>;
 template class RemoteSolver<Controller>;
 
 RemoteFluid::RemoteFluid(Link& link, const FluidSetup& setup, std::int64_t first_step)
-    : RemoteSolver(link, kFluid, setup.loads(), first_step) {
+    : RemoteSolver(link, kFluid, setup.loads(), first_step), flow_(setup.flow) {
   link_.ask(number_, MessageKind::fluid_setup, first_step, with(setup), nothing);
 }
 
 void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
-  link_.ask(number_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, columns_));
+  link_.ask(number_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, columns_, flow_.values_in(kinematics.step)));
   next_step_ = kinematics.step + 1;
 }
 

@@ -49,6 +49,9 @@ class RemoteFluid final : public RemoteSolver<FluidSolver> {
 
   void exchange(const Kinematics& kinematics, Loads& loads) override;
   void advance() override {}
+
+ private:
+  FlowSampling flow_;
 };
 
 class RemoteBody final : public RemoteSolver<BodySolver> {

@@ -66,7 +66,13 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
                     make_body_setup(loaded.content, loaded.assembly).periodic_length_m, every_steps,
                     resumed == nullptr ? 0 : resumed->step);
   }
+  const FlowSampling flow = make_fluid_setup(loaded.content, loaded.assembly, "").flow;
+  const bool continues_flow = resumed != nullptr && resumed->tables.contains(directory.flow().filename().string());
+  if (flow.every_steps > 0 && loaded.content.output.writes_flow)
+    flow_.emplace(directory.flow().string(), flow, loaded.content.step_s,
+                  end_of(directory.flow(), continues_flow ? resumed : nullptr));
   all_ = {trajectory_.get(), &cycles_, &balance_, &progress_};
+  if (flow_) all_.push_back(&*flow_);
   if (bodies_) all_.insert(all_.begin() + 1, &*bodies_);
   if (obstacles_) all_.insert(all_.begin() + 1, &*obstacles_);
 }
@@ -85,6 +91,7 @@ TableEnds RunObservers::sync_files() {
   TableEnds ends{{trajectory_path_.filename().string(), trajectory_->sync()}};
   if (obstacles_) ends[obstacles_path_.filename().string()] = obstacles_->sync();
   if (bodies_) bodies_->sync();
+  if (flow_) ends[directory_.flow().filename().string()] = flow_->sync();
   if (cycle_table_) ends[directory_.cycles().filename().string()] = cycle_table_->sync();
   return ends;
 }

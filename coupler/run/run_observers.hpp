@@ -46,6 +46,7 @@ class RunObservers final : public Observer {
   std::filesystem::path obstacles_path_;
   std::optional<ObstacleWriter> obstacles_;  ///< where there are any with loads
   std::optional<BodiesWriter> bodies_;       ///< if asked for
+  std::optional<FlowWriter> flow_;           ///< likewise
   Progress progress_;
   std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
   CycleObserver cycles_;

@@ -219,12 +219,15 @@ void SerialExplicit::restore(std::int64_t step, const Loads& previous_loads, con
   require(is_before(previous_kinematics, virtual_mass_.remembers()),
           "its kinematics are not those of all bodies in the step before");
   if (has_bodies(loads, kinematics_.bodies())) loads_ = loads;
+  flow_ = loads_.flow;
   averaging_.restore(previous_loads);
   virtual_mass_.restore(previous_kinematics);
 }
 
-/// Loads on obstacles come behind those on the bodies.
+/// Loads on obstacles come behind those on the bodies. The newest sample of the flow stays.
 void SerialExplicit::split_loads() {
+  if (loads_.flow.size() == 0) loads_.flow = flow_;
+  flow_ = loads_.flow;
   const Eigen::Index bodies = kinematics_.bodies(), obstacles = loads_.bodies() - bodies;
   obstacle_loads_.step = loads_.step;
   obstacle_loads_.force_N = loads_.force_N.rightCols(obstacles);

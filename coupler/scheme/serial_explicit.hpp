@@ -217,6 +217,7 @@ class SerialExplicit {
   Kinematics next_;
   Loads loads_;
   Loads obstacle_loads_;
+  Eigen::VectorXd flow_;  ///< newest sample
   Loads averaged_;
   AppliedLoads applied_;
   Loads drive_;  ///< at the start of the step

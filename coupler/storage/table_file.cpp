@@ -79,6 +79,15 @@ void TableFile::fail(const std::string& remedy) const {
   throw StorageError(path_ + " cannot be written (" + std::strerror(errno) + "). " + remedy_for(errno, remedy));
 }
 
+CsvFile::CsvFile(const std::string& path, const std::string& header, const std::optional<TableEnd>& end)
+    : TableFile(path, end) {
+  std::string found;
+  if (end && (!std::getline(std::ifstream(path), found) || found != header))
+    throw StorageError(path + " has other columns (the run cannot continue it). Ask for those, or start a new run.");
+  if (!end) append(header + '\n');
+  flush();
+}
+
 NpyFile::NpyFile(const std::string& path, const std::string& type, std::uint64_t sample_bytes,
                  const std::optional<TableEnd>& end)
     : TableFile(path, end, head_bytes) {

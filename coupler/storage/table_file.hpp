@@ -73,12 +73,8 @@ class TableFile {
 class CsvFile final : public TableFile {
  public:
   /// @param header  first line of a new file, without its end
-  /// @throws StorageError as TableFile
-  CsvFile(const std::string& path, const std::string& header, const std::optional<TableEnd>& end)
-      : TableFile(path, end) {
-    if (!end) append(header + '\n');
-    flush();
-  }
+  /// @throws StorageError as TableFile, and if the file has another header
+  CsvFile(const std::string& path, const std::string& header, const std::optional<TableEnd>& end);
 
   /// @param row  without its end
   void add(std::string_view row) {

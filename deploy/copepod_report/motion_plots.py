@@ -1,6 +1,8 @@
 """Plots of motion: positions, forces, last cycle and arms of three beads; any body's path; speeds of runs."""
 
+import csv
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -78,6 +80,33 @@ def displacements(run: RunRecord) -> Any:
     axes[-1].set_xlabel("step")
     if len(run.trajectory.bodies) <= 12:
         legend_above(axes[0], columns=4)
+    return figure
+
+
+def flow_over_time(path: Path) -> Any:
+    """What flow.csv has, or None without samples."""
+    text = path.read_text() if path.exists() else ""
+    header, *rows = csv.reader(text[: text.rfind("\n")].splitlines()) if text else [[]]  # a row may be half written
+    if len(rows) < 2:
+        return None
+    columns = dict(zip(header, np.array(rows, dtype=float).T))
+    at_probes = [name for name in columns if "." in name]
+    quantities = {
+        "energy [J]": [name for name in columns if name == "kinetic_energy_J"],
+        "dissipation [W]": [name for name in columns if name == "dissipation_W"],
+        "velocity [m/s]": [name for name in at_probes if not name.endswith("_Pa")],
+        "pressure [Pa]": [name for name in at_probes if name.endswith("_Pa")],
+    }
+    shown = {label: names for label, names in quantities.items() if names}
+    figure, panels = new_figure(0.4 + 1.5 * len(shown), nrows=len(shown), sharex=True, squeeze=False)
+    for panel, (label, names) in zip(panels.flat, shown.items()):
+        panel.set_prop_cycle(many_lines(*LIGHT.beads, LIGHT.ink))
+        for name in names:
+            panel.plot(columns["time_s"], columns[name], linewidth=1.2, label=name.rpartition("_m_per_s")[0] or name)
+        panel.set_ylabel(label)
+        if 1 < len(names) <= 12:
+            legend_above(panel, columns=6)
+    panels.flat[-1].set_xlabel("time [s]")
     return figure
 
 

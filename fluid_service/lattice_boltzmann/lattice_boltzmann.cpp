@@ -49,7 +49,8 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       nearby_(setup, units_, domain_, partition_, exchange_momentum_->conserving, communicator),
       absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
       timer_(communicator.context().timeline()),
-      output_(setup, communicator) {
+      output_(setup, communicator),
+      sample_flow_(setup, domain_, layout_.block(), communicator) {
   populations_.touch(showing_progress());  // or the first step would wait for memory
   if (setup.initial_flow.kind != InitialFlowKind::rest || has_force_)
     initialise([&](const Cell& cell) { return initial_flow(setup_, units_, cell); });
@@ -92,6 +93,10 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   timer_.book(Phase::momentum);
   sum_loads(kinematics, loads);
   timer_.book(Phase::reduce);
+  loads.flow.resize(0);
+  if (!setup_.flow.is_due(kinematics.step)) return;
+  loads.flow = sample_flow_([this](const Box& box) { return fields(box); });
+  timer_.book(Phase::output);
 }
 
 /// Mass and momentum of covered cells leave the fluid, those of refilled cells enter it.
@@ -254,10 +259,9 @@ Moments<double> LatticeBoltzmann<T>::checked_moments(const Cell& cell) const {
 }
 
 template <class T>
-FieldBlock LatticeBoltzmann<T>::fields() const {
-  const Box& block = layout_.block();
-  FieldBlock result{.box = block, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
-  const auto cells = static_cast<std::size_t>(block.volume());
+FieldBlock LatticeBoltzmann<T>::fields(const Box& box) const {
+  FieldBlock result{.box = box, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
+  const auto cells = static_cast<std::size_t>(box.volume());
   result.density_kg_per_m3.reserve(cells);
   result.velocity_m_per_s.reserve(3 * cells);
   result.body.reserve(cells);
@@ -279,7 +283,7 @@ FieldBlock LatticeBoltzmann<T>::fields() const {
     for (int axis = 0; axis < 3; ++axis) result.velocity_m_per_s.push_back(units_.velocity_m_per_s(velocity[axis]));
     result.body.push_back(owner);
   };
-  for_each_cell(block, add, showing_progress());
+  for_each_cell(box, add, showing_progress());
   return result;
 }
 

@@ -21,6 +21,7 @@
 #include "lattice_boltzmann/lattice/initial_flow.hpp"
 #include "lattice_boltzmann/lattice/moments.hpp"
 #include "lattice_boltzmann/output/field_output.hpp"
+#include "lattice_boltzmann/output/flow_sampler.hpp"
 #include "lattice_boltzmann/output/population_file.hpp"
 
 namespace copepod::fluid {
@@ -77,8 +78,9 @@ class LatticeBoltzmann final : public FluidSolver {
 
   [[nodiscard]] const Domain& domain() const { return domain_; }
   [[nodiscard]] std::int64_t step() const { return step_; }
-  /// Macroscopic fields of this rank's block, SI units.
-  [[nodiscard]] FieldBlock fields() const;
+  /// Macroscopic fields of cells of this rank, SI units.
+  [[nodiscard]] FieldBlock fields(const Box& box) const;
+  [[nodiscard]] FieldBlock fields() const { return fields(layout_.block()); }
   /// Starts every cell from `flow(cell)`, a LocalFlow.
   template <class Flow>
   void initialise(const Flow& flow) {
@@ -155,6 +157,7 @@ class LatticeBoltzmann final : public FluidSolver {
   std::int64_t step_ = 0;  ///< steps completed
   PhaseTimer timer_;
   FieldSchedule output_;
+  FlowSampler sample_flow_;
 };
 
 /// The rank solver for the precision that the setup asks for.

@@ -8,16 +8,18 @@ namespace {
 
 /// Copies of the fields while they are written [bytes per cell]: those of the step, or the sums and their mean; a
 /// derived one; and the largest as it lies in the file.
-std::int64_t field_bytes(const FieldOutput& fields) {
+std::int64_t field_bytes(const FieldOutput& fields, const FlowSampling& flow) {
   constexpr std::int64_t number = sizeof(double);
-  if (fields.every_steps == 0 && fields.mean_stop == 0) return 0;
+  const std::int64_t sampled = flow.every_steps > 0 && flow.totals ? 7 * number + std::int64_t{sizeof(std::int32_t)} : 0;
+  if (fields.every_steps == 0 && fields.mean_stop == 0) return sampled;
   const auto asks_for = [&](FieldQuantity quantity) {
     return std::ranges::find(fields.quantities, quantity) != fields.quantities.end();
   };
   const std::int64_t derived = asks_for(FieldQuantity::vorticity)  ? 3 * number
                                : asks_for(FieldQuantity::pressure) ? number
                                                                    : 0;
-  return (fields.mean_stop > 0 ? 2 : 1) * (4 * number + std::int64_t{sizeof(std::int32_t)}) + derived + 3 * number;
+  return std::max(sampled, (fields.mean_stop > 0 ? 2 : 1) * (4 * number + std::int64_t{sizeof(std::int32_t)}) +
+                               derived + 3 * number);
 }
 
 /// @param cell_bytes  for output
@@ -44,7 +46,7 @@ std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks
   const bool writes_fields = setup.fields.every_steps > 0 || setup.fields.mean_stop > 0;
   std::int64_t largest = 0;
   for (int rank = 0; rank < ranks; ++rank)
-    largest = std::max(largest, bytes_of_block(partition.block(rank), domain, number_bytes, field_bytes(setup.fields)));
+    largest = std::max(largest, bytes_of_block(partition.block(rank), domain, number_bytes, field_bytes(setup.fields, setup.flow)));
   constexpr std::int64_t hdf5_library = std::int64_t{4} << 20;
   return largest + (writes_fields ? hdf5_library : 0);
 }

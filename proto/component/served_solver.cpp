@@ -115,6 +115,7 @@ template class Served<ControllerSetup, Controller>;
 
 session::Configured ServedFluid::configured(const FluidSetup& setup) {
   columns_ = setup.loads();
+  flow_ = setup.flow;
   return {};
 }
 
@@ -124,18 +125,23 @@ std::span<const std::byte> ServedFluid::exchange(Work work, const conversion::De
   request.read(kinematics_, bodies_);
   solver_->exchange(kinematics_, loads_);
   require_finite(loads_, columns_);
+  if (const Eigen::Index due = flow_.values_in(kinematics_.step); loads_.flow.size() != due)
+    throw SolverError("The fluid solver returned " + std::to_string(loads_.flow.size()) +
+                          " values of the flow (the setup asks for " + std::to_string(due) + "). Fix exchange().",
+                      0, loads_.step);
   return encoder.encode(header, loads_);
 }
 
 session::Configured ServedController::configured(const ControllerSetup& setup) {
   actuators_ = setup.actuators.size();
+  flow_ = std::ssize(setup.flow);
   return {};
 }
 
 std::span<const std::byte> ServedController::exchange(Work work, const conversion::Decoder& request,
                                                       const session::Header& header, conversion::Encoder& encoder) {
   if (work != Work::decide) throw std::logic_error("A controller was asked to " + std::string(name_of(work)) + ".");
-  request.read(observation_, bodies_);
+  request.read(observation_, bodies_, flow_);
   const Span decide(context_.timeline(), "decide");
   const std::vector<double> action = solver_->act(observation_);
   if (action.size() != actuators_ || !conversion::all_finite(action.data(), action.size()))

@@ -74,6 +74,7 @@ class ServedFluid final : public Served<FluidSetup, FluidSolver> {
                                       const session::Header& header, conversion::Encoder& encoder) override;
 
   Eigen::Index columns_ = 0;  ///< of the loads
+  FlowSampling flow_;
   Loads loads_;
 };
 
@@ -90,6 +91,7 @@ class ServedController final : public Served<ControllerSetup, Controller> {
                                       const session::Header& header, conversion::Encoder& encoder) override;
 
   std::size_t actuators_ = 0;
+  Eigen::Index flow_ = 0;  ///< values of a sample
   Observation observation_;
 };
 

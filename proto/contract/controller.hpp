@@ -18,12 +18,13 @@ struct ControllerSetup {
   std::vector<std::string> actuators;  ///< key paths in the case, in the order of the action
   std::string parameters = "{}";       ///< of the case, JSON
   std::string trace_directory;         ///< absolute; where phases are recorded; empty: nowhere
+  std::vector<std::string> flow = {};  ///< names of the values in Loads::flow, if the case samples the flow
 };
 
 /// What a controller sees of its bodies, one column per body.
 struct Observation {
   Kinematics kinematics;  ///< at the start of the step
-  Loads loads;            ///< hydrodynamic, during the step before; zeros at the first
+  Loads loads;            ///< hydrodynamic, during the step before, and the newest sample of the flow; zeros at first
 };
 
 /// Sees bodies now and then, and decides what actuators do. Its state is part of the run's: what it returns may depend

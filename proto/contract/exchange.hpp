@@ -30,6 +30,7 @@ struct Loads {
   std::int64_t step = 0;        ///< during this one
   Eigen::Matrix3Xd force_N;     ///< shape (3, bodies)
   Eigen::Matrix3Xd torque_N_m;  ///< shape (3, bodies)
+  Eigen::VectorXd flow = {};    ///< FluidSetup::flow of the start of the step; nothing in steps without a sample
 
   [[nodiscard]] Eigen::Index bodies() const { return force_N.cols(); }  ///< their number
   void resize(Eigen::Index bodies) {

@@ -93,6 +93,37 @@ struct FieldOutput {
   int compression = 0;                     ///< level of deflate, 1 to 9; 0: none
 };
 
+/// A place at which the flow is sampled.
+struct Probe {
+  std::string name;                                      ///< unique, for people
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the domain
+};
+
+/// What Loads::flow holds at the start of every `every_steps`-th step; 0: nothing, ever.
+struct FlowSampling {
+  std::int64_t every_steps = 0;  ///< steps between two samples, the first of step 0
+  bool totals = true;            ///< of all fluid; their sums do not depend on the ranks
+  std::vector<Probe> probes;     ///< velocity and pressure, interpolated between the centres of cells
+
+  /// What the values are, in their order.
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    if (every_steps == 0) return all;
+    if (totals)
+      all = {"kinetic_energy_J", "dissipation_W",  "enstrophy_m3_per_s2",
+             "px_kg_m_per_s",    "py_kg_m_per_s", "pz_kg_m_per_s"};
+    for (const Probe& probe : probes)
+      for (const char* value : {".vx_m_per_s", ".vy_m_per_s", ".vz_m_per_s", ".pressure_Pa"})
+        all.push_back(probe.name + value);
+    return all;
+  }
+  [[nodiscard]] bool is_due(std::int64_t step) const { return every_steps > 0 && step % every_steps == 0; }
+  /// How many there are in a step.
+  [[nodiscard]] Eigen::Index values_in(std::int64_t step) const {
+    return is_due(step) ? (totals ? 6 : 0) + 4 * static_cast<Eigen::Index>(probes.size()) : 0;
+  }
+};
+
 /// A part of the domain that is solid and never moves; it may reach beyond the faces and into others. Films
 /// leave it out.
 struct ObstacleSpecification {
@@ -127,6 +158,7 @@ struct FluidSetup {
   std::vector<ObstacleSpecification> obstacles;  ///< those with loads in the order of Loads
   std::vector<BodyPair> jointed;                 ///< pairs with a joint: they may overlap, and have no film then
   FieldOutput fields;                            ///< what is written
+  FlowSampling flow;                             ///< what is returned with the loads
   std::string trace_directory;                   ///< absolute; where phases are recorded; empty: nowhere
   std::string parameters = {};                   ///< JSON, of a component that the case names
 

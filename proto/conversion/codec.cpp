@@ -24,6 +24,14 @@ Bytes bytes_of(const Doubles& field) {
   return std::as_bytes(std::span(field.data(), static_cast<std::size_t>(field.size())));
 }
 
+/// As many as `numbers` holds.
+void read_numbers(Bytes bytes, const char* name, auto& numbers) {
+  const auto count = static_cast<std::size_t>(numbers.size());
+  require_length(bytes.size() / sizeof(double), static_cast<Eigen::Index>(count), name);
+  if (!copy_finite(bytes.data(), count, numbers.data()))
+    throw NotFinite(std::string(name) + " holds a number that is not finite");
+}
+
 /// The arrays of a message that Protobuf's parser has read.
 std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
   const v1::Kinematics& kinematics = envelope.kinematics();
@@ -37,11 +45,12 @@ std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
     case v1::Envelope::kObservation:
       return {bytes_of(observation.position_m()),       bytes_of(observation.orientation_wxyz()),
               bytes_of(observation.velocity_m_per_s()), bytes_of(observation.angular_velocity_rad_per_s()),
-              bytes_of(observation.force_n()),          bytes_of(observation.torque_n_m())};
+              bytes_of(observation.force_n()),          bytes_of(observation.torque_n_m()),
+              bytes_of(observation.flow())};
     case v1::Envelope::kAction:
       return {bytes_of(envelope.action().value())};
     case v1::Envelope::kLoads:
-      return {bytes_of(loads.force_n()), bytes_of(loads.torque_n_m())};
+      return {bytes_of(loads.force_n()), bytes_of(loads.torque_n_m()), bytes_of(loads.flow())};
     case v1::Envelope::kAppliedLoads:
       return {bytes_of(applied.force_n()), bytes_of(applied.torque_n_m()), bytes_of(applied.actuation())};
     default:
@@ -136,7 +145,7 @@ Bytes Encoder::encode(const Header& header, const Kinematics& kinematics) {
 
 Bytes Encoder::encode(const Header& header, const Loads& loads) {
   return serialise(header.at(loads.step), v1::Envelope::kLoadsFieldNumber,
-                   {numbers_of(loads.force_N), numbers_of(loads.torque_N_m)});
+                   {numbers_of(loads.force_N), numbers_of(loads.torque_N_m), numbers_of(loads.flow)});
 }
 
 Bytes Encoder::encode(const Header& header, const AppliedLoads& applied) {
@@ -150,7 +159,8 @@ Bytes Encoder::encode(const Header& header, const Observation& observation) {
   return serialise(header.at(kinematics.step), v1::Envelope::kObservationFieldNumber,
                    {numbers_of(kinematics.position_m), numbers_of(kinematics.orientation_wxyz),
                     numbers_of(kinematics.velocity_m_per_s), numbers_of(kinematics.angular_velocity_rad_per_s),
-                    numbers_of(observation.loads.force_N), numbers_of(observation.loads.torque_N_m)});
+                    numbers_of(observation.loads.force_N), numbers_of(observation.loads.torque_N_m),
+                    numbers_of(observation.loads.flow)});
 }
 
 Bytes Encoder::encode(const Header& header, const std::vector<double>& action) {
@@ -239,12 +249,18 @@ void Decoder::read(session::Configured& configured) const {
 }
 
 void Decoder::read(Kinematics& kinematics, Eigen::Index bodies) const {
-  const auto& [position, orientation, velocity, angular_velocity, force, torque] = buffers_->arrays;
+  const std::array<Bytes, kMostArrays>& arrays = buffers_->arrays;
   kinematics.step = header().step;
-  read_array(position, bodies, "position_m", kinematics.position_m);
-  read_array(orientation, bodies, "orientation_wxyz", kinematics.orientation_wxyz);
-  read_array(velocity, bodies, "velocity_m_per_s", kinematics.velocity_m_per_s);
-  read_array(angular_velocity, bodies, "angular_velocity_rad_per_s", kinematics.angular_velocity_rad_per_s);
+  read_array(arrays[0], bodies, "position_m", kinematics.position_m);
+  read_array(arrays[1], bodies, "orientation_wxyz", kinematics.orientation_wxyz);
+  read_array(arrays[2], bodies, "velocity_m_per_s", kinematics.velocity_m_per_s);
+  read_array(arrays[3], bodies, "angular_velocity_rad_per_s", kinematics.angular_velocity_rad_per_s);
+}
+
+void Decoder::read(Loads& loads, Eigen::Index bodies, Eigen::Index flow) const {
+  read(loads, bodies);
+  loads.flow.resize(flow);
+  read_numbers(buffers_->arrays[2], "flow", loads.flow);
 }
 
 void Decoder::read(Loads& loads, Eigen::Index bodies) const {
@@ -253,28 +269,24 @@ void Decoder::read(Loads& loads, Eigen::Index bodies) const {
   read_array(buffers_->arrays[1], bodies, "torque_N_m", loads.torque_N_m);
 }
 
-void Decoder::read(Observation& observation, Eigen::Index bodies) const {
+void Decoder::read(Observation& observation, Eigen::Index bodies, Eigen::Index flow) const {
   read(observation.kinematics, bodies);
   observation.loads.step = header().step - 1;
   read_array(buffers_->arrays[4], bodies, "force_N", observation.loads.force_N);
   read_array(buffers_->arrays[5], bodies, "torque_N_m", observation.loads.torque_N_m);
+  observation.loads.flow.resize(flow);
+  read_numbers(buffers_->arrays[6], "flow", observation.loads.flow);
 }
 
 void Decoder::read(std::vector<double>& action) const {
-  const Bytes& values = buffers_->arrays[0];
-  require_length(values.size() / sizeof(double), static_cast<Eigen::Index>(action.size()), "value");
-  if (!copy_finite(values.data(), action.size(), action.data()))
-    throw NotFinite("value holds a number that is not finite");
+  read_numbers(buffers_->arrays[0], "value", action);
 }
 
 void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators,
                    Eigen::Index driving_nodes) const {
   read(applied.hydrodynamic, bodies);
-  const Bytes& values = buffers_->arrays[2];
-  require_length(values.size() / sizeof(double), actuators * driving_nodes, "actuation");
   applied.actuation.resize(actuators, driving_nodes);
-  if (!copy_finite(values.data(), static_cast<std::size_t>(applied.actuation.size()), applied.actuation.data()))
-    throw NotFinite("actuation holds a number that is not finite");
+  read_numbers(buffers_->arrays[2], "actuation", applied.actuation);
 }
 
 }  // namespace copepod::conversion

@@ -113,9 +113,11 @@ class Decoder {
 
   /// @param bodies  number of bodies of the setup; another number is refused
   void read(Kinematics& kinematics, Eigen::Index bodies) const;
+  /// @param flow  values of FlowSampling in this step
+  void read(Loads& loads, Eigen::Index bodies, Eigen::Index flow) const;
   void read(Loads& loads, Eigen::Index bodies) const;
   void read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators, Eigen::Index driving_nodes) const;
-  void read(Observation& observation, Eigen::Index bodies) const;
+  void read(Observation& observation, Eigen::Index bodies, Eigen::Index flow = 0) const;
   /// @param action  has the length of that of the setup
   void read(std::vector<double>& action) const;
 

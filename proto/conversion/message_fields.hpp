@@ -65,6 +65,10 @@ void describe(auto& wire, Is<FieldOutput> auto& fields) {
                   region_cells, compression);
 }
 
+void describe(auto& wire, Is<Probe> auto& probe) { COPEPOD_MEMBERS(wire, probe, name, position_m); }
+
+void describe(auto& wire, Is<FlowSampling> auto& flow) { COPEPOD_MEMBERS(wire, flow, every_steps, totals, probes); }
+
 void describe(auto& wire, Is<BodyPair> auto& pair) {
   wire("body_A", pair.first);
   wire("body_B", pair.second);
@@ -75,7 +79,7 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
                   boundaries);
   wire("no_slip_plane", setup.no_slip_plane, -1);
   COPEPOD_MEMBERS(wire, setup, symmetry_planes, body_force_N_per_m3, initial_flow, collision, moving_boundary, refill,
-                  precision, film_thickness_m, wall_overlap_m, bodies, jointed, obstacles, fields, trace_directory);
+                  precision, film_thickness_m, wall_overlap_m, bodies, jointed, obstacles, fields, flow, trace_directory);
   wire("parameters", setup.parameters, kLimits.model_bytes);
 }
 
@@ -129,7 +133,7 @@ void describe(auto& wire, Is<BodySetup> auto& setup) {
 }
 
 void describe(auto& wire, Is<ControllerSetup> auto& setup) {
-  COPEPOD_MEMBERS(wire, setup, name, step_s, every_steps, bodies, actuators, trace_directory);
+  COPEPOD_MEMBERS(wire, setup, name, step_s, every_steps, bodies, actuators, trace_directory, flow);
   wire("parameters", setup.parameters, kLimits.model_bytes);
 }
 

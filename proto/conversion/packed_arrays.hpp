@@ -23,7 +23,7 @@ using Bytes = std::span<const std::byte>;
 /// The messages of every step hold nothing but arrays: fields 1, 2, … of type `repeated double`. On the wire
 /// each is a tag, its length in bytes, and the numbers as they lie in memory [Protocol Buffers, "Encoding"],
 /// so they are written to the wire and read from it in place, without a message object in between.
-inline constexpr std::size_t kMostArrays = 6;
+inline constexpr std::size_t kMostArrays = 7;
 
 using Arrays = std::array<std::span<const double>, kMostArrays>;  ///< field 1 first; unused ones are empty
 

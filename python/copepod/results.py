@@ -81,6 +81,15 @@ class Run:
         """
         return self._samples(trajectory_in(self.directory, "obstacles").name)
 
+    @functools.cached_property
+    def flow(self) -> "pandas.DataFrame":
+        """Samples of `output.flow`, index step, columns of flow.csv: totals of the flow, velocity and pressure of probes.
+
+        @throws Error if the case has none
+        """
+        read_csv = required("pandas").read_csv
+        return self._file("flow.csv", lambda path: read_csv(path, index_col="step", float_precision="round_trip"))
+
     def _samples(self, name: str) -> "pandas.DataFrame":
         pandas = required("pandas")
         table = self._file(name, lambda path: Trajectory(path, may_be_empty=True))

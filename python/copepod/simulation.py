@@ -44,6 +44,8 @@ class _State(ctypes.Structure):
     _fields_ = [
         *((name, ctypes.c_int64) for name in ("step", "bodies")),
         *((name, ctypes.POINTER(ctypes.c_double)) for name in _ARRAYS),
+        ("flow_values", ctypes.c_int64),
+        ("flow", ctypes.POINTER(ctypes.c_double)),
     ]
 
 
@@ -163,6 +165,7 @@ class Simulation:
         self.step_s: float = description["step_s"]
         self.actuators = Actuators(self._handle.value, description["actuators"])
         self._names: list[str] = description["bodies"]
+        self._flow: list[str] = description["flow"]
 
     def step(self, steps: int = 1) -> None:
         """Advances. An interrupt ends it within 0.1 s between two steps, and the state is whole.
@@ -202,6 +205,13 @@ class Simulation:
             values = numpy.ctypeslib.as_array(getattr(state, name), shape) if self._names else numpy.empty(shape)
             arrays.append(values.copy())
         return Bodies(self._names, *arrays)
+
+    @property
+    def flow(self) -> dict[str, float]:
+        """Newest sample of the case's output.flow: totals and probes by the names of flow.csv, of the start of the
+        step before this moment with `every_steps: 1`. Empty before the first step."""
+        state = self._state()
+        return dict(zip(self._flow, state.flow[: state.flow_values]))
 
     def snapshot(self) -> Snapshot:
         """Keeps fluid, bodies, coupler and actuators in memory."""

@@ -159,7 +159,7 @@ TEST_F(Fields, HaveTheVorticityAcrossBlocksThatBodiesMakeUnequal) {
     block.velocity_m_per_s.insert(block.velocity_m_per_s.end(), {0.0, 3e-6 * static_cast<double>(cell[0]), 0.0});
     block.body.push_back(0);
   });
-  const std::vector<double> vorticity = Vorticity(setup_, ranks_)(block);
+  const std::vector<double> vorticity = fluid::vorticity(setup_, block, ranks_);
   std::size_t next = 0;
   for_each_cell(block.box, [&](const Cell& cell) {
     EXPECT_TRUE(cell[0] == 0 || cell[0] == 23 || std::abs(vorticity[next + 2] - 3.0) < 1e-12) << cell[0];

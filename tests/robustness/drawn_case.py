@@ -681,7 +681,11 @@ class _Draw:
             "trajectory": {"every_steps": rng.randint(1, 20), "format": rng.choice(["csv", "csv", "npy"])},
             "bodies": {"every_steps": 0},
             "checkpoint": {"every_steps": rng.randint(1, self.steps - 1), "every_wall_s": 0},
+            "flow": {"every_steps": rng.randint(1, 20), "totals": self.chance(0.7), "probes": []},
         }
+        for number in range(rng.randint(1, 3)):
+            place = [rng.random() * CELL_M * cells for cells in self.case["fluid"]["domain_cells"]]
+            self.case["output"]["flow"]["probes"].append({"name": f"probe{number}", "position_m": place})
 
 
 def _from_z(direction):

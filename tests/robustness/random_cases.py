@@ -152,7 +152,7 @@ def _outcome(folder, ended):
     if ended.returncode not in (0, 70):
         return Outcome(ended.returncode, reason=(ended.stderr or ended.stdout).strip()[-400:])
     rest = {}
-    for table in ("trajectory", "obstacles"):
+    for table in ("trajectory", "obstacles", "flow"):
         for path in (folder / f"{table}.csv", folder / f"{table}.npy"):
             rest |= {table: path.read_bytes()} if path.exists() else {}
     if ended.returncode == 70:

@@ -1,4 +1,4 @@
-"""Energy and dissipation of the Taylor-Green vortex that breaks down, from the snapshots of a run, and their picture:
+"""Energy and dissipation of the Taylor-Green vortex that breaks down, from the samples of a run, and their picture:
 
     deploy/copepod run configs/validation/taylor_green_3d.yaml
     deploy/copepod python tests/validation/taylor_green_3d.py runs/taylor_green_3d docs/taylor_green_3d.png
@@ -19,12 +19,13 @@ def main(directory, picture):
     fluid = run.case["fluid"]
     speed = fluid["initial_flow"]["speed_m_per_s"]
     length = fluid["cell_size_m"] * fluid["domain_cells"][0] / (2 * np.pi)
-    velocity = run.fields["velocity_m_per_s"]
-    time = velocity["time"].values * speed / length
-    energy = np.array([0.5 * np.mean(np.sum(one.values**2, axis=-1)) for one in velocity]) / speed**2
+    velocity, samples = run.fields["velocity_m_per_s"], run.flow
+    mass = fluid["density_kg_per_m3"] * (2 * np.pi * length) ** 3
+    time = samples["time_s"].values * speed / length
+    energy = samples["kinetic_energy_J"].values / (mass * speed**2)
     spline, fine = CubicSpline(time, energy), np.linspace(0, time[-1], 4001)
     dissipation = -spline(fine, 1)
-    late = fine > 5  # a spline of the first snapshots overshoots
+    late = fine > 5  # a spline of the first samples overshoots
     peak = np.argmax(np.where(late, dissipation, 0))
     print("| | found | published | deviation [%] |\n|---|---|---|---|")
     for name, found, published in (
@@ -35,10 +36,12 @@ def main(directory, picture):
         print(f"| {name} | {found:.5f} | {published} | {100 * (found / published - 1):+.1f} |")
     figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.4))
     left.plot(fine, dissipation, label="−dE/dt")
+    left.plot(time, samples["dissipation_W"] * length / (mass * speed**3), ":", label="2 ν S:S")
     left.plot(PEAK_TIME, PEAK, "o", label="largest, van Rees et al. 2011")
     left.set(xlabel="t U/L", ylabel="dissipation [U³/L]", ylim=(0, None))
     left.legend()
-    u = velocity.values[np.argmin(abs(time - fine[peak]))][:, 0] / speed  # beside the mirror at y = 0: (z, x, 3)
+    seen = np.argmin(abs(velocity["time"].values * speed / length - fine[peak]))
+    u = velocity.values[seen][:, 0] / speed  # beside the mirror at y = 0: (z, x, 3)
     cell = fluid["cell_size_m"] / length
     vorticity = np.gradient(u[..., 0], cell, axis=0) - np.gradient(u[..., 2], cell, axis=1)
     edge = u.shape[0] * cell

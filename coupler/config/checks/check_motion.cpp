@@ -220,6 +220,19 @@ void check_output(const Case& the_case, Problems& problems) {
     problems.reject(key, "ends behind cell " + std::to_string(region[2 * axis + 1] - 1) + " (the domain has " +
                              std::to_string(cells) + ", the first is 0). Use cells of the domain.");
   }
+  for (std::size_t i = 0; i < output.flow.probes.size(); ++i) {
+    const auto& [name, at_m] = output.flow.probes[i];
+    const std::string key = "output.flow.probes." + std::to_string(i);
+    const Eigen::Vector3d length_m = the_case.fluid.length_m();
+    if (!length_m.isZero(0.0) && !((at_m.array() >= 0.0).all() && (at_m.array() <= length_m.array()).all()))
+      problems.reject(key + ".position_m", "is outside the domain (nothing flows there). Move it inside.");
+    if (std::ranges::count(output.flow.probes, name, &Probe::name) > 1)
+      problems.reject(key + ".name", "names several probes (columns have different names). Rename it.");
+  }
+  if (output.flow.every_steps > 0 && !output.flow.totals && output.flow.probes.empty())
+    problems.reject("output.flow", "samples nothing (totals: false, and no probes). Add probes, or remove it.");
+  if (output.flow.every_steps == 0 && !output.flow.probes.empty())
+    problems.reject("output.flow.every_steps", "is 0 (the probes would never be read). Give a number of steps.");
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
     problems.reject(path, "stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +

@@ -123,6 +123,8 @@ void warn_of_what_is_left_out(const Case& the_case, Problems& problems) {
   if (the_case.output.fields.every_steps > 0 || the_case.output.fields.mean_stop > 0) {
     problems.warn("output.fields", "asks for fields (" + solver + " computes none). They are left out.");
   }
+  if (the_case.output.flow.every_steps > 0)
+    problems.warn("output.flow", "asks for samples of the flow (" + solver + " computes none). They are left out.");
   if (fluid.solver != FluidSolverChoice::stokes) return;
   warn_of_flows_left_out(fluid, problems);
   if (fluid.domain_cells[0] > 0 && fluid.no_slip_plane < 0) {

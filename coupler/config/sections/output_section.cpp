@@ -95,6 +95,21 @@ void declare_fields(Keys& keys, FieldOutput& fields) {
               "deflate: smaller files, the same numbers; one process compresses, about 100 MB/s.");
 }
 
+void declare_flow(Keys& keys, FlowSampling& flow) {
+  keys.integer("every_steps", flow.every_steps, Range::not_negative,
+               "Steps between samples, the first of step 0; 0: none. Each is of the start of its step.");
+  keys.flag("totals", flow.totals,
+            "Kinetic energy, dissipation, enstrophy ½∫ω² dV and momentum of all fluid. They take as long as about ten "
+            "steps.");
+  if (!keys.written_if(!flow.probes.empty())) return;
+  keys.list("probes", flow.probes, "Places at which velocity and pressure are sampled, which costs next to nothing.",
+            [](Keys& probe, Probe& item) {
+              probe.name(required("name"), item.name, "Name of its columns.");
+              probe.numbers(required("position_m"), item.position_m,
+                            "Place in the domain [m]; values are linear between the centres of cells.");
+            });
+}
+
 /// The sum of the fluid's ranks on all hosts, each "name" (one rank) or "name:ranks".
 int ranks_of_hosts(Reader& services, const std::vector<std::string>& hosts) {
   static const std::regex form("([A-Za-z0-9][A-Za-z0-9_.-]*)(:([0-9]{1,5}))?");
@@ -163,6 +178,8 @@ void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
   });
   keys.section("fields", "fields.h5, with fields.xdmf (snapshots) and fields_mean.xdmf for ParaView.",
                [&](Keys& fields) { declare_fields(fields, output.fields); });
+  keys.section("flow", "flow.csv: figures of the flow over time. With solver: lattice_boltzmann.",
+               [&](Keys& flow) { declare_flow(flow, output.flow); });
   keys.section("checkpoint", "Restart points.", [&](Keys& checkpoint) {
     checkpoint.integer("every_steps", output.checkpoint_every_steps, Range::not_negative,
                        "Steps between checkpoints; 0: not by steps.");

@@ -91,7 +91,8 @@ FieldWriter::FieldWriter(const FieldOutput& output, const FluidSetup& setup, Com
       communicator_(communicator) {
   for (const FieldArray& array : field_arrays)
     if (asks_for(output, array.quantity)) arrays_.push_back(array);
-  if (asks_for(output, FieldQuantity::vorticity)) vorticity_.emplace(setup, communicator);
+  if (asks_for(output, FieldQuantity::vorticity))
+    vorticity_ = [setup, &communicator](const FieldBlock& block) { return vorticity(setup, block, communicator); };
   offsets_.resize(arrays_.size());
 }
 
@@ -188,7 +189,7 @@ void FieldWriter::write_values(SharedFile& file, std::size_t array, const Box& b
 
 void FieldWriter::write_cells(const FieldBlock& block) const {
   // Collective, and therefore before anything that can fail on one rank.
-  const std::vector<double> vorticity = vorticity_ ? (*vorticity_)(block) : std::vector<double>{};
+  const std::vector<double> vorticity = vorticity_ ? vorticity_(block) : std::vector<double>{};
   on_every_rank(communicator_, [&] {
     SharedFile file(cells_path_, communicator_.context());
     for (std::size_t i = 0; i < arrays_.size(); ++i) {

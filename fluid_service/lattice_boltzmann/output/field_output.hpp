@@ -71,7 +71,7 @@ class FieldWriter {
   double cell_size_m_;
   MirrorImages images_;
   Communicator& communicator_;
-  std::optional<Vorticity> vorticity_;     ///< if asked for
+  std::function<std::vector<double>(const FieldBlock&)> vorticity_;  ///< if asked for
   std::map<std::string, XdmfGrid> grids_;  ///< on rank 0, by group: what is written
 };
 

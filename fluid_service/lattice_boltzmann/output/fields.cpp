@@ -87,18 +87,22 @@ std::vector<std::array<bool, 3>> MirrorImages::images() const {
   return images;
 }
 
-GhostedVelocity::GhostedVelocity(const FluidSetup& setup, const Box& block, double unit, Communicator& communicator)
-    : domain_(setup, LatticeUnits(setup)),
+VelocityGradient::VelocityGradient(const FluidSetup& setup, const FieldBlock& block, Communicator& communicator)
+    : unit_(setup.cell_size_m / setup.step_s),
+      domain_(setup, LatticeUnits(setup)),
       partition_(domain_.cells(), communicator.size(), setup.bodies.size()),
-      layout_(block, sizeof(double)),
-      unit_(unit),
-      communicator_(communicator),
+      layout_(block.box, sizeof(double)),
       stride_{layout_.neighbour(1), layout_.neighbour(3), layout_.neighbour(5)} {
   for (std::vector<double>& component : u_) component.resize(static_cast<std::size_t>(layout_.cells()));
+  auto next = block.velocity_m_per_s.begin();
+  for_each_cell(block.box, [&](const Cell& cell) {
+    for (std::vector<double>& component : u_) component[layout_.cell(cell)] = *next++;
+  });
+  fill_ghosts(communicator);
 }
 
 /// Rank that holds the cells beyond a face of the block; −1: none does.
-int GhostedVelocity::rank_beyond(int axis, bool high) const {
+int VelocityGradient::rank_beyond(int axis, bool high) const {
   Cell cell = layer(axis, high, true).low;
   const auto index = domain_.image(axis, cell[axis]);
   if (!index) return -1;
@@ -106,7 +110,7 @@ int GhostedVelocity::rank_beyond(int axis, bool high) const {
   return partition_.owner(cell);
 }
 
-Box GhostedVelocity::layer(int axis, bool high, bool beyond) const {
+Box VelocityGradient::layer(int axis, bool high, bool beyond) const {
   Box layer = layout_.block();
   const std::int64_t out = beyond ? 1 : 0;
   layer.low[axis] = high ? layer.high[axis] - 1 + out : layer.low[axis] - out;
@@ -115,7 +119,7 @@ Box GhostedVelocity::layer(int axis, bool high, bool beyond) const {
 }
 
 /// Beyond a face whose other side is this rank's, a wall, or open.
-void GhostedVelocity::fill_locally(int axis, bool high) {
+void VelocityGradient::fill_locally(int axis, bool high) {
   const Face& face = domain_.face(axis, high);
   const bool one_sided = face.is_open() || face.is_parabolic || face.signal;  // one velocity does not describe it
   const std::int64_t inwards = high ? -stride_[axis] : stride_[axis];
@@ -138,7 +142,7 @@ void GhostedVelocity::fill_locally(int axis, bool high) {
 
 /// Two ranks that share several faces, like the two halves of a periodic domain, exchange one message: layers in the
 /// order of the receiver's faces.
-void GhostedVelocity::fill_ghosts() {
+void VelocityGradient::fill_ghosts(Communicator& communicator) {
   struct Buffers {
     std::vector<double> send, receive;
     std::vector<std::size_t> faces;  ///< whose layers are received
@@ -146,7 +150,7 @@ void GhostedVelocity::fill_ghosts() {
   std::map<int, Buffers> peers;
   for (int axis = 0; axis < 3; ++axis)
     for (const bool high : {false, true}) {
-      const int sender = rank_beyond(axis, high), own = communicator_.rank();
+      const int sender = rank_beyond(axis, high), own = communicator.rank();
       if (sender >= 0 && sender != own) peers[sender].faces.push_back(face_index(axis, high));
       // The face of the receiver opposite to this one is the same place.
       const int receiver = rank_beyond(axis, !high);
@@ -161,7 +165,7 @@ void GhostedVelocity::fill_ghosts() {
     messages.push_back(
         {rank, std::as_bytes(std::span(buffers.send)), std::as_writable_bytes(std::span(buffers.receive))});
   }
-  communicator_.start_exchange(messages)();
+  communicator.start_exchange(messages)();
   for (const auto& [rank, buffers] : peers) {
     auto next = buffers.receive.begin();
     for (const std::size_t face : buffers.faces)
@@ -171,24 +175,17 @@ void GhostedVelocity::fill_ghosts() {
   }
   for (int axis = 0; axis < 3; ++axis)
     for (const bool high : {false, true})
-      if (const int rank = rank_beyond(axis, high); rank < 0 || rank == communicator_.rank()) fill_locally(axis, high);
+      if (const int rank = rank_beyond(axis, high); rank < 0 || rank == communicator.rank()) fill_locally(axis, high);
 }
 
-std::vector<double> Vorticity::operator()(const FieldBlock& block) const {
-  GhostedVelocity u(setup_, block.box, LatticeUnits(setup_).velocity_m_per_s(1.0), communicator_);
-  const PopulationLayout& layout = u.layout();
-  std::size_t next = 0;
-  for_each_cell(block.box, [&](const Cell& cell) {
-    for (int i = 0; i < 3; ++i) u.component(i)[layout.cell(cell)] = block.velocity_m_per_s[next++];
-  });
-  u.fill_ghosts();
+std::vector<double> vorticity(const FluidSetup& setup, const FieldBlock& block, Communicator& communicator) {
+  const VelocityGradient gradient(setup, block, communicator);
   std::vector<double> result;
   result.reserve(block.velocity_m_per_s.size());
   for_each_cell(block.box, [&](const Cell& cell) {
-    const std::int64_t at = layout.cell(cell);
     const bool is_fluid = block.body[result.size() / 3] == 0;
     for (const auto& [i, j] : {std::pair{2, 1}, std::pair{0, 2}, std::pair{1, 0}})
-      result.push_back(is_fluid ? (u.gradient(i, j, at) - u.gradient(j, i, at)) / setup_.cell_size_m : 0.0);
+      result.push_back(is_fluid ? (gradient(i, j, cell) - gradient(j, i, cell)) / setup.cell_size_m : 0.0);
   });
   return result;
 }

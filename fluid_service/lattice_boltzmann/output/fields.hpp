@@ -126,59 +126,43 @@ FilePart<T> MirrorImages::image(const Box& block, const std::vector<T>& values, 
   return part;
 }
 
-/// Velocities of a rank's cells and of the cells around them, for central differences.
+/// Gradient of a rank's velocities, by central differences.
 ///   ∂u/∂x ≈ (u(x + Δx) − u(x − Δx)) / (2 Δx)
 /// Cells of bodies have the velocity of the surface that covers them. Beyond a mirror lies the mirror image, beyond a
 /// wall 2 u_wall − u, which is exact for linear flow; beside an open face, or one whose velocity varies in place or
 /// time, the difference is one-sided. One layer of velocities travels between ranks, so every decomposition gives the
 /// same bits.
-class GhostedVelocity {
+class VelocityGradient {
  public:
+  /// Collective.
   /// @param setup         with the bodies by which the cells are cut into blocks
-  /// @param unit          of the velocities, of one cell per step
-  /// @param communicator  outlives this object
-  GhostedVelocity(const FluidSetup& setup, const Box& block, double unit, Communicator& communicator);
+  /// @param block         that of BlockPartition
+  VelocityGradient(const FluidSetup& setup, const FieldBlock& block, Communicator& communicator);
 
-  [[nodiscard]] const PopulationLayout& layout() const { return layout_; }
-  [[nodiscard]] const std::array<std::int64_t, 3>& stride() const { return stride_; }  ///< of indices, by axis
-  /// Component i, by the layout's index of a cell.
-  [[nodiscard]] double* component(int i) { return u_[i].data(); }
-  /// Collective, after the velocities of all cells of the block have been set.
-  void fill_ghosts();
-  /// ∂u_i/∂x_j in a cell, per cell size.
-  [[nodiscard]] double gradient(int i, int j, std::int64_t cell) const {
-    return 0.5 * (u_[i][cell + stride_[j]] - u_[i][cell - stride_[j]]);
+  /// Δx ∂u_i/∂x_j in a cell of the block [m/s].
+  [[nodiscard]] double operator()(int i, int j, const Cell& cell) const {
+    const std::int64_t at = layout_.cell(cell);
+    return 0.5 * (u_[i][at + stride_[j]] - u_[i][at - stride_[j]]);
   }
 
  private:
+  void fill_ghosts(Communicator& communicator);
   [[nodiscard]] int rank_beyond(int axis, bool high) const;
   /// Of the block, the cells along an axis that are next to a face, or beyond it.
   [[nodiscard]] Box layer(int axis, bool high, bool beyond) const;
   void fill_locally(int axis, bool high);
 
+  double unit_;  ///< of the velocities: one cell per step
   Domain domain_;
   BlockPartition partition_;
   PopulationLayout layout_;
-  double unit_;
-  Communicator& communicator_;
-  std::array<std::int64_t, 3> stride_;
+  std::array<std::int64_t, 3> stride_;  ///< of indices, by axis
   std::array<std::vector<double>, 3> u_;
 };
 
-/// Vorticity ω = ∇ × u of the velocity field of output, zero in cells of bodies.
-class Vorticity {
- public:
-  /// @param communicator  of ranks that hold the blocks of BlockPartition; outlives this object
-  Vorticity(const FluidSetup& setup, Communicator& communicator) : setup_(setup), communicator_(communicator) {}
-
-  /// Collective.
-  /// @return [1/s], shape (x, y, z, 3) as the velocity
-  [[nodiscard]] std::vector<double> operator()(const FieldBlock& block) const;
-
- private:
-  FluidSetup setup_;
-  Communicator& communicator_;
-};
+/// Vorticity ω = ∇ × u of the velocity field of output [1/s], zero in cells of bodies; collective.
+/// @return shape (x, y, z, 3) as the velocity
+std::vector<double> vorticity(const FluidSetup& setup, const FieldBlock& block, Communicator& communicator);
 
 /// One group of fields.h5 as ParaView sees it.
 struct XdmfGrid {

@@ -64,6 +64,7 @@ class Observation(Kinematics):
 
     force_N: np.ndarray  #: (bodies, 3), hydrodynamic; zeros at the first step
     torque_N_m: np.ndarray  #: (bodies, 3), about the centre of mass
+    flow: np.ndarray  #: newest sample of the flow, named by the setup's flow; zeros before it
 
 
 @dataclasses.dataclass
@@ -218,13 +219,14 @@ class ServedController(_Served):
     role = "controller"
 
     def _configured(self, setup, reply):
-        self._actuators = len(setup.actuators)
+        self._actuators, self._flow = len(setup.actuators), len(setup.flow)
         if not hasattr(self.solver, "save"):
             self.solver = _KeepsState(self.solver)
 
     def _step(self, name, body, request, reply):
         widths = WIDTHS | {"force_N": 3, "torque_N_m": 3}
-        arrays = (_read(getattr(body, key), (self._bodies, width), key) for key, width in widths.items())
+        shapes = {key: (self._bodies, width) for key, width in widths.items()} | {"flow": (self._flow,)}
+        arrays = (_read(getattr(body, key), shape, key) for key, shape in shapes.items())
         action = self._timed("act", self.solver.act, Observation(request.step, *arrays))
         reply.action.SetInParent()
         _write(reply.action.value, action, (self._actuators,), "an action")

@@ -9,6 +9,8 @@ from copepod_conformance.verdicts import Check, NotApplicable, Violation, implie
 _REST = implied("a fluid at rest exerts no load on bodies at rest")
 _AGAINST = implied("in a fluid that was at rest the load on a moving body is against its motion")
 
+_SAMPLED = implied("Loads.flow has what FlowSampling asks for, in the steps in which it does")
+
 _ROUNDING = 1e-9  # of the Stokes drag on a body that moves as in the other checks
 _STEPS = 3
 
@@ -81,6 +83,23 @@ def _of_shapes(trial, kind, shapes):
             raise Violation(f"at step {step} a {kind} of {_text(found[-1])} on an obstacle ten cells from all motion")
 
 
+def _samples(trial):
+    """Every other step, of the flow around a body that moves."""
+    trial.reach("greeted")
+    request = trial.case.setup_request()
+    flow = request.fluid_setup.flow
+    flow.every_steps, flow.totals = 2, True
+    flow.probes.add(name="middle", position_m=[0.5 * CELL_M * cells for cells in request.fluid_setup.domain_cells])
+    trial.request(request)
+    velocity, spin = _motion_of("force", np.array([DIRECTION, np.zeros(3)]))
+    for step in range(_STEPS):
+        found = trial.request(trial.case.motion_request(step, velocity, spin)).envelope.loads.flow
+        if len(found) != (10 if step % 2 == 0 else 0):
+            raise Violation(f"at step {step} {len(found)} values for totals and a probe in every second step")
+    if not min(found[:3]) > 0:
+        raise Violation(f"energy, dissipation and enstrophy of {_text(found[:3])} around a body that moves")
+
+
 def _require_loads(trial, kind):
     if trial.case.solver == "vacuum" or trial.subject.can("neglects:loads"):
         raise NotApplicable("it exerts no loads: its solver is vacuum, or it announces neglects:loads")
@@ -101,6 +120,7 @@ def checks(subject):
         Check("physics", "no loads on bodies at rest in a fluid at rest", _REST, _at_rest),
         Check("physics", "a force against the motion", _AGAINST, _against, ("force",)),
         Check("physics", "a torque against the rotation", _AGAINST, _against, ("torque",)),
+        *([Check("physics", "samples of the flow", _SAMPLED, _samples)] * (on_lattice and subject.can("flow_samples"))),
         *(
             Check("physics", f"a {kind} against the {motion} of other shapes", _AGAINST, _of_shapes, (kind, shapes))
             for kind, motion in (("force", "motion"), ("torque", "rotation"))

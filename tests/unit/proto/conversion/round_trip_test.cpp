@@ -74,9 +74,17 @@ TEST_F(RoundTrip, KeepsKinematicsBitForBit) {
 }
 
 TEST_F(RoundTrip, KeepsLoadsBitForBit) {
-  const Loads sent = sample_loads(17);
+  Loads sent = sample_loads(17);
+  sent.flow = awkward_numbers<Eigen::Matrix<double, 1, Eigen::Dynamic>>(5, 8).transpose();
   ASSERT_EQ(send(sent), MessageKind::loads);
   Loads received;
+  decoder.read(received, 17, 5);
+  expect_same_bits(received.flow, sent.flow);
+  EXPECT_THROW(decoder.read(received, 17, 4), MalformedMessage);
+  EXPECT_THROW(decoder.read(received, 17, 0), MalformedMessage);
+  sent.flow[4] = std::numeric_limits<double>::quiet_NaN();
+  ASSERT_EQ(send(sent), MessageKind::loads);
+  EXPECT_THROW(decoder.read(received, 17, 5), NotFinite);
   decoder.read(received, 17);
   EXPECT_EQ(received.step, sent.step);
   expect_same_bits(received.force_N, sent.force_N);
@@ -232,10 +240,15 @@ TEST_F(RoundTrip, KeepsWhatControllersAreSentAndAnswer) {
   EXPECT_EQ(read.parameters, setup.parameters);
   EXPECT_EQ(read.trace_directory, setup.trace_directory);
 
-  const Observation sent = sample_observation(3);
+  EXPECT_EQ(read.flow, setup.flow);
+
+  Observation sent = sample_observation(3);
+  sent.loads.flow = Eigen::Vector2d(1.0 / 3, -0.0);
   ASSERT_EQ(send(sent), MessageKind::observation);
   Observation received;
-  decoder.read(received, 3);
+  decoder.read(received, 3, 2);
+  expect_same_bits(received.loads.flow, sent.loads.flow);
+  EXPECT_THROW(decoder.read(received, 3, 1), MalformedMessage);
   EXPECT_EQ(received.kinematics.step, sent.kinematics.step);
   EXPECT_EQ(received.loads.step, sent.kinematics.step - 1);
   expect_same_bits(received.kinematics.position_m, sent.kinematics.position_m);
@@ -244,7 +257,7 @@ TEST_F(RoundTrip, KeepsWhatControllersAreSentAndAnswer) {
   expect_same_bits(received.kinematics.angular_velocity_rad_per_s, sent.kinematics.angular_velocity_rad_per_s);
   expect_same_bits(received.loads.force_N, sent.loads.force_N);
   expect_same_bits(received.loads.torque_N_m, sent.loads.torque_N_m);
-  EXPECT_THROW(decoder.read(received, 2), MalformedMessage);
+  EXPECT_THROW(decoder.read(received, 2, 2), MalformedMessage);
 
   const std::vector<double> action{1.0 / 3, -0.0};
   ASSERT_EQ(send(action), MessageKind::action);

@@ -81,12 +81,13 @@ inline FluidSetup sample_fluid_setup() {
   setup.jointed = {{0, 1}};
   setup.fields = {"/runs/a/fields",    100, 5, 50, 2, {FieldQuantity::pressure, FieldQuantity::velocity},
                   {3, 4, 0, 0, 5, 50}, 1};
+  setup.flow = {7, true, {{"wake", {0.1, 0.2, 0.3}}}};
   setup.parameters = R"({"b": 2})";
   return setup;
 }
 
 inline ControllerSetup sample_controller_setup() {
-  return {"pilot", 1e-9, 100, {"Kügelchen", "ball"}, {"actuators.0"}, R"({"gain": 0.1})", "/trace"};
+  return {"pilot", 1e-9, 100, {"Kügelchen", "ball"}, {"actuators.0"}, R"({"gain": 0.1})", "/trace", {"wake.vx_m_per_s"}};
 }
 
 inline Observation sample_observation(Eigen::Index bodies) {

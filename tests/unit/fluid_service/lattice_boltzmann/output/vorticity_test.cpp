@@ -38,7 +38,7 @@ FieldBlock flow(const Box& box, const Velocity& velocity) {
 std::vector<double> vorticity(const FluidSetup& setup, const FieldBlock& block) {
   SolverContext context;
   SelfCommunicator self(context);
-  return Vorticity(setup, self)(block);
+  return vorticity(setup, block, self);
 }
 
 Eigen::Vector3d at(const std::vector<double>& values, std::size_t cell) {

@@ -1,0 +1,132 @@
+#include "lattice_boltzmann/output/flow_sampler.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace copepod::fluid {
+
+namespace {
+
+constexpr std::size_t totals = 6;
+constexpr std::size_t sums_of_probe = 5;  ///< weighted: velocity, excess density, and the weights of this one
+
+/// Sums in lattice units are whole numbers of 2⁻⁸⁰, in which 10¹² cells fit.
+constexpr double resolution = 0x1p-80;
+constexpr int part_bits = 44;  ///< of a sum in a message: three parts, each added up by itself
+constexpr std::size_t parts = 3;
+
+auto whole(double value) { return static_cast<decltype(__int128{})>(value / resolution); }
+
+}  // namespace
+
+FlowSampler::FlowSampler(const FluidSetup& setup, const Domain& domain, const Box& block, Communicator& communicator)
+    : setup_(setup), block_(block), communicator_(communicator) {
+  for (const Probe& probe : setup.flow.probes)
+    probes_.push_back(corners_around(LatticeUnits(setup).position_lu(probe.position_m), domain));
+}
+
+auto FlowSampler::corners_around(const Eigen::Vector3d& position_lu, const Domain& domain) -> std::vector<Corner> {
+  std::vector<Corner> corners(8);
+  for (std::size_t number = 0; number < corners.size(); ++number) {
+    Corner& corner = corners[number];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double place = position_lu[axis] - 0.5, below = std::floor(place);
+      const bool is_above = (number >> axis) % 2 == 1;
+      corner.weight *= is_above ? place - below : 1.0 - (place - below);
+      const std::int64_t cells = domain.cells()[axis];
+      std::int64_t index = static_cast<std::int64_t>(below) + (is_above ? 1 : 0);
+      const auto reflect = [&] {
+        index = reflected(index, cells);
+        corner.sign[axis] *= -1.0;
+      };
+      if (domain.symmetric(axis) && index >= cells) reflect();
+      if (index >= 0 && index < cells) {
+        corner.cell[axis] = index;
+      } else if (domain.face(axis, index >= cells).kind == FaceKind::mirror) {
+        reflect();
+        corner.cell[axis] = index;
+      } else {
+        corner.cell[axis] = domain.image(axis, index).value_or(std::clamp<std::int64_t>(index, 0, cells - 1));
+      }
+    }
+  }
+  return corners;
+}
+
+void FlowSampler::add_totals(const FieldBlock& block, Sum* sums) const {
+  const VelocityGradient gradient(setup_, block, communicator_);
+  const double per_speed = setup_.step_s / setup_.cell_size_m;
+  std::size_t number = 0;
+  for_each_cell(block.box, [&](const Cell& cell) {
+    const std::size_t at = number++;
+    if (block.body[at] != 0) return;
+    const double density = block.density_kg_per_m3[at] / setup_.density_kg_per_m3;
+    const Eigen::Vector3d velocity = per_speed * Eigen::Map<const Eigen::Vector3d>(&block.velocity_m_per_s[3 * at]);
+    Eigen::Matrix3d g;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) g(i, j) = per_speed * gradient(i, j, cell);
+    sums[0] += whole(0.5 * density * velocity.squaredNorm());
+    sums[1] += whole((0.5 * (g + g.transpose())).squaredNorm());
+    sums[2] += whole(0.25 * (g - g.transpose()).squaredNorm());  // ½ ω²
+    for (int axis = 0; axis < 3; ++axis) sums[3 + axis] += whole(density * velocity[axis]);
+  });
+}
+
+void FlowSampler::add_probe(const std::vector<Corner>& corners, const std::function<FieldBlock(const Box&)>& fields,
+                            Sum* sums) const {
+  for (const Corner& corner : corners) {
+    if (!block_.contains(corner.cell) || corner.weight == 0.0) continue;
+    const Cell& low = corner.cell;
+    const FieldBlock found = fields({low, {low[0] + 1, low[1] + 1, low[2] + 1}});
+    for (int axis = 0; axis < 3; ++axis)
+      sums[axis] += whole(corner.weight * corner.sign[axis] * found.velocity_m_per_s[static_cast<std::size_t>(axis)] *
+                          setup_.step_s / setup_.cell_size_m);
+    if (found.body[0] != 0) continue;
+    sums[3] += whole(corner.weight * (found.density_kg_per_m3[0] / setup_.density_kg_per_m3 - 1.0));
+    sums[4] += whole(corner.weight);
+  }
+}
+
+Eigen::VectorXd FlowSampler::operator()(const std::function<FieldBlock(const Box&)>& fields) const {
+  const std::size_t first = setup_.flow.totals ? totals : 0;
+  std::vector<Sum> sums(first + sums_of_probe * probes_.size());
+  if (setup_.flow.totals) add_totals(fields(block_), sums.data());
+  for (std::size_t i = 0; i < probes_.size(); ++i)
+    add_probe(probes_[i], fields, sums.data() + first + sums_of_probe * i);
+
+  std::vector<std::int64_t> message;
+  for (Sum sum : sums)
+    for (std::size_t part = 0; part < parts; ++part, sum >>= part_bits)
+      message.push_back(static_cast<std::int64_t>(part + 1 < parts ? sum & ((Sum{1} << part_bits) - 1) : sum));
+  communicator_.sum_to_leader(message);
+  if (communicator_.rank() != 0) return {};
+  const auto sum_of = [&](std::size_t number) {
+    Sum sum = 0;
+    for (std::size_t part = parts; part-- > 0;) sum = (sum << part_bits) + message[parts * number + part];
+    return static_cast<double>(sum) * resolution;
+  };
+
+  Eigen::VectorXd values(setup_.flow.values_in(0));
+  const double volume = std::pow(setup_.cell_size_m, 3), speed = setup_.cell_size_m / setup_.step_s;
+  const double density = setup_.density_kg_per_m3, rate2 = 1.0 / (setup_.step_s * setup_.step_s);
+  if (setup_.flow.totals) {
+    const double images = std::pow(2.0, std::ranges::count(setup_.symmetry_planes, true));
+    values[0] = images * density * volume * speed * speed * sum_of(0);
+    values[1] = images * 2.0 * density * setup_.kinematic_viscosity_m2_per_s * volume * rate2 * sum_of(1);
+    values[2] = images * volume * rate2 * sum_of(2);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      values[3 + static_cast<Eigen::Index>(axis)] =
+          setup_.symmetry_planes[axis] ? 0.0 : images * density * volume * speed * sum_of(3 + axis);
+  }
+  auto value = values.begin() + static_cast<Eigen::Index>(first);
+  for (std::size_t number = first; number < sums.size(); number += sums_of_probe) {
+    for (std::size_t axis = 0; axis < 3; ++axis) *value++ = speed * sum_of(number + axis);
+    const double weight = sum_of(number + 4);
+    *value++ = weight > 0.0 ? sum_of(number + 3) / weight / LatticeUnits(setup_).excess_density_lu(1.0) : 0.0;
+  }
+  return values;
+}
+
+}  // namespace copepod::fluid

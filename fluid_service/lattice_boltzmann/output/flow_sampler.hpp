@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "contract/fluid_setup.hpp"
+#include "lattice_boltzmann/boundary/domain.hpp"
+#include "lattice_boltzmann/output/fields.hpp"
+#include "ranks/communicator.hpp"
+
+namespace copepod::fluid {
+
+/// Samples the flow as FlowSampling asks. All sums are of integers: every decomposition gives the same bits.
+///   E = ½ ∫ ρ u² dV,   ε = 2 ρ₀ ν ∫ S:S dV,   ½ ∫ ω² dV,   ∫ ρ u dV        over all cells of fluid
+/// with S and ω from central differences. At a probe velocity and pressure are linear between the centres of the eight
+/// cells around it: those of bodies have the velocity of the surface and take no part in the pressure, which is 0 where
+/// there are only such. Beyond a wall or an open face lies what is in front of it.
+class FlowSampler {
+ public:
+  /// @param block         of this rank
+  /// @param communicator  outlives this object
+  FlowSampler(const FluidSetup& setup, const Domain& domain, const Box& block, Communicator& communicator);
+
+  /// Collective.
+  /// @param fields  of cells of this rank
+  /// @return on rank 0 the values [FlowSampling::names]
+  [[nodiscard]] Eigen::VectorXd operator()(const std::function<FieldBlock(const Box&)>& fields) const;
+
+ private:
+  /// One of the cells around a probe, in the computed domain.
+  struct Corner {
+    Cell cell{};
+    double weight = 1.0;
+    Eigen::Vector3d sign{1, 1, 1};  ///< of the velocity: −1 beyond a mirror
+  };
+  [[nodiscard]] static std::vector<Corner> corners_around(const Eigen::Vector3d& position_lu, const Domain& domain);
+  __extension__ using Sum = __int128;
+  void add_totals(const FieldBlock& block, Sum* sums) const;
+  void add_probe(const std::vector<Corner>& corners, const std::function<FieldBlock(const Box&)>& fields,
+                 Sum* sums) const;
+
+  FluidSetup setup_;
+  Box block_;
+  Communicator& communicator_;
+  std::vector<std::vector<Corner>> probes_;
+};
+
+}  // namespace copepod::fluid
