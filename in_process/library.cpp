@@ -137,12 +137,13 @@ class Simulation {
       provenance_.set_components(components);
       provenance_.write_start();
     });
-    nlohmann::ordered_json description{{"step_s", loaded_.content.step_s},
-                                       {"directory", directory != nullptr ? directory_.root().string() : ""},
-                                       {"warnings", loaded_.warnings},
-                                       {"bodies", nlohmann::json::array()},
-                                       {"actuators", loaded_.assembly.drive_paths},
-                                       {"flow", coupler::make_fluid_setup(loaded_.content, loaded_.assembly, "").flow.names()}};
+    nlohmann::ordered_json description{
+        {"step_s", loaded_.content.step_s},
+        {"directory", directory != nullptr ? directory_.root().string() : ""},
+        {"warnings", loaded_.warnings},
+        {"bodies", nlohmann::json::array()},
+        {"actuators", loaded_.assembly.drive_paths},
+        {"flow", coupler::make_fluid_setup(loaded_.content, loaded_.assembly, "").flow.names()}};
     for (const BodySpecification& body : loaded_.assembly.bodies) description["bodies"].push_back(body.name);
     description_ = description.dump();
   }

@@ -26,7 +26,7 @@ constexpr const char* draft_name = "unfinished";
 constexpr std::size_t kept = 2;
 constexpr std::array own_names{fluid_file, body_file, "controller.", "coupler.json", "manifest.json"};
 constexpr const char* manifest_name = "manifest.json";
-constexpr int format_version = 3;
+constexpr int format_version = 4;
 
 std::set<fs::path> files_below(const fs::path& folder) {
   std::set<fs::path> files;
@@ -110,7 +110,7 @@ std::string find_damage(const fs::path& folder, const std::string& case_key) {
   if (!stream) return "it has no manifest (writing it was interrupted)";
   try {
     const ordered_json manifest = ordered_json::parse(stream);
-    if (manifest.at("format") != format_version) return "its format is unknown";
+    if (manifest.at("format") != format_version) return "another version wrote it";
     if (manifest.at("case") != case_key) return "it belongs to another case";
     std::set<fs::path> unlisted = files_below(folder);
     for (const ordered_json& file : manifest.at("files")) {

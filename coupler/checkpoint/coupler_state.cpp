@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <concepts>
-#include <string_view>
 #include <type_traits>
 
 #include <nlohmann/json.hpp>
@@ -88,11 +87,7 @@ requires std::is_aggregate_v<Members> ordered_json encoded(const Members& member
 template <typename Members>
 requires std::is_aggregate_v<Members>
 void decode(const ordered_json& json, Members& members) {
-  visit_members(members, [&](const char* name, auto& value) {
-    const bool is_new = std::string_view(name) == "latest_along_m" || std::string_view(name) == "flow";
-    // States of older versions lack these.
-    if (!is_new || json.contains(name)) decode(json.at(name), value);
-  });
+  visit_members(members, [&](const char* name, auto& value) { decode(json.at(name), value); });
 }
 
 }  // namespace
@@ -142,11 +137,9 @@ CouplerState coupler_state_from_json(const ordered_json& json) {
                             whole_number<std::uint64_t>(end.at("checksum"))};
     const ordered_json& mean = json.at("mean");
     state.mean = {whole_number<std::int64_t>(mean.at("start")), whole_number<std::int64_t>(mean.at("every_steps"))};
-    if (json.contains("loads")) {  // states of older versions lack it, and what drives were steered to
-      decode(json.at("loads"), state.loads);
-      json.at("steered").get_to(state.steered);
-      for (const ordered_json& way : json.at("ways")) decode(way, state.ways.emplace_back());
-    }
+    decode(json.at("loads"), state.loads);
+    json.at("steered").get_to(state.steered);
+    for (const ordered_json& way : json.at("ways")) decode(way, state.ways.emplace_back());
     json.at("components").at("fluid").get_to(state.fluid_component);
     json.at("components").at("body").get_to(state.body_component);
     return state;

@@ -61,7 +61,8 @@ RemoteFluid::RemoteFluid(Link& link, const FluidSetup& setup, std::int64_t first
 }
 
 void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
-  link_.ask(number_, MessageKind::kinematics, kinematics.step, with(kinematics), into(loads, columns_, flow_.values_in(kinematics.step)));
+  link_.ask(number_, MessageKind::kinematics, kinematics.step, with(kinematics),
+            into(loads, columns_, flow_.values_in(kinematics.step)));
   next_step_ = kinematics.step + 1;
 }
 

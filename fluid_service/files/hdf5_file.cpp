@@ -186,12 +186,6 @@ void Hdf5File::write_attribute(const std::string& object, const std::string& nam
   require(attribute.valid() && H5Awrite(attribute.get(), type_of<T>(), &value) >= 0, "write attribute " + name);
 }
 
-bool Hdf5File::has_attribute(const std::string& object, const std::string& name) {
-  const htri_t exists = H5Aexists_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT);
-  require(exists >= 0, "look for attribute " + name);
-  return exists > 0;
-}
-
 template <class T>
 T Hdf5File::read_attribute(const std::string& object, const std::string& name) {
   T value{};

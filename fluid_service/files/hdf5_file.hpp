@@ -36,7 +36,6 @@ class Hdf5File {
 
   template <class T>  ///< double, std::int64_t or std::uint64_t
   void write_attribute(const std::string& object, const std::string& name, T value);
-  [[nodiscard]] bool has_attribute(const std::string& object, const std::string& name);
   template <class T>
   [[nodiscard]] T read_attribute(const std::string& object, const std::string& name);
 

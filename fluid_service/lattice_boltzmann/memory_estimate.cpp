@@ -10,7 +10,8 @@ namespace {
 /// derived one; and the largest as it lies in the file.
 std::int64_t field_bytes(const FieldOutput& fields, const FlowSampling& flow) {
   constexpr std::int64_t number = sizeof(double);
-  const std::int64_t sampled = flow.every_steps > 0 && flow.totals ? 7 * number + std::int64_t{sizeof(std::int32_t)} : 0;
+  const std::int64_t sampled =
+      flow.every_steps > 0 && flow.totals ? 7 * number + std::int64_t{sizeof(std::int32_t)} : 0;
   if (fields.every_steps == 0 && fields.mean_stop == 0) return sampled;
   const auto asks_for = [&](FieldQuantity quantity) {
     return std::ranges::find(fields.quantities, quantity) != fields.quantities.end();
@@ -46,7 +47,8 @@ std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks
   const bool writes_fields = setup.fields.every_steps > 0 || setup.fields.mean_stop > 0;
   std::int64_t largest = 0;
   for (int rank = 0; rank < ranks; ++rank)
-    largest = std::max(largest, bytes_of_block(partition.block(rank), domain, number_bytes, field_bytes(setup.fields, setup.flow)));
+    largest = std::max(
+        largest, bytes_of_block(partition.block(rank), domain, number_bytes, field_bytes(setup.fields, setup.flow)));
   constexpr std::int64_t hdf5_library = std::int64_t{4} << 20;
   return largest + (writes_fields ? hdf5_library : 0);
 }

@@ -110,7 +110,7 @@ struct FlowSampling {
     std::vector<std::string> all;
     if (every_steps == 0) return all;
     if (totals)
-      all = {"kinetic_energy_J", "dissipation_W",  "enstrophy_m3_per_s2",
+      all = {"kinetic_energy_J", "dissipation_W", "enstrophy_m3_per_s2",
              "px_kg_m_per_s",    "py_kg_m_per_s", "pz_kg_m_per_s"};
     for (const Probe& probe : probes)
       for (const char* value : {".vx_m_per_s", ".vy_m_per_s", ".vz_m_per_s", ".pressure_Pa"})

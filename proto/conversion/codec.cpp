@@ -43,9 +43,12 @@ std::array<Bytes, kMostArrays> arrays_of(const v1::Envelope& envelope) {
       return {bytes_of(kinematics.position_m()), bytes_of(kinematics.orientation_wxyz()),
               bytes_of(kinematics.velocity_m_per_s()), bytes_of(kinematics.angular_velocity_rad_per_s())};
     case v1::Envelope::kObservation:
-      return {bytes_of(observation.position_m()),       bytes_of(observation.orientation_wxyz()),
-              bytes_of(observation.velocity_m_per_s()), bytes_of(observation.angular_velocity_rad_per_s()),
-              bytes_of(observation.force_n()),          bytes_of(observation.torque_n_m()),
+      return {bytes_of(observation.position_m()),
+              bytes_of(observation.orientation_wxyz()),
+              bytes_of(observation.velocity_m_per_s()),
+              bytes_of(observation.angular_velocity_rad_per_s()),
+              bytes_of(observation.force_n()),
+              bytes_of(observation.torque_n_m()),
               bytes_of(observation.flow())};
     case v1::Envelope::kAction:
       return {bytes_of(envelope.action().value())};
@@ -278,9 +281,7 @@ void Decoder::read(Observation& observation, Eigen::Index bodies, Eigen::Index f
   read_numbers(buffers_->arrays[6], "flow", observation.loads.flow);
 }
 
-void Decoder::read(std::vector<double>& action) const {
-  read_numbers(buffers_->arrays[0], "value", action);
-}
+void Decoder::read(std::vector<double>& action) const { read_numbers(buffers_->arrays[0], "value", action); }
 
 void Decoder::read(AppliedLoads& applied, Eigen::Index bodies, Eigen::Index actuators,
                    Eigen::Index driving_nodes) const {

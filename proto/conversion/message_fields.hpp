@@ -79,7 +79,8 @@ void describe(auto& wire, Is<FluidSetup> auto& setup) {
                   boundaries);
   wire("no_slip_plane", setup.no_slip_plane, -1);
   COPEPOD_MEMBERS(wire, setup, symmetry_planes, body_force_N_per_m3, initial_flow, collision, moving_boundary, refill,
-                  precision, film_thickness_m, wall_overlap_m, bodies, jointed, obstacles, fields, flow, trace_directory);
+                  precision, film_thickness_m, wall_overlap_m, bodies, jointed, obstacles, fields, flow,
+                  trace_directory);
   wire("parameters", setup.parameters, kLimits.model_bytes);
 }
 

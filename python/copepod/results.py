@@ -83,7 +83,7 @@ class Run:
 
     @functools.cached_property
     def flow(self) -> "pandas.DataFrame":
-        """Samples of `output.flow`, index step, columns of flow.csv: totals of the flow, velocity and pressure of probes.
+        """Samples of `output.flow`, index step, columns of flow.csv: totals, velocity and pressure at probes.
 
         @throws Error if the case has none
         """

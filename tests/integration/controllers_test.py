@@ -117,6 +117,27 @@ class Controllers(WholeRunTest):
         provenance = json.loads((self.folder / "run/provenance.json").read_text())
         self.assertEqual(provenance["components"]["second"], "Test 1")
 
+    def test_it_sees_the_samples_of_the_flow(self):
+        act = "return [1 + 1e3 * observation.flow[0]]  # of a velocity in m/s"
+        ball = {"name": "ball", "radius_m": 2e-6, "mass_kg": 5e-14, "position_m": [8e-6, 8e-6, 8e-6]}
+        ball["motion"] = {"prescribed": {"velocity_m_per_s": [0.3, 0, 0], "signal": {"kind": "constant"}}}
+        fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1360, "kinematic_viscosity_m2_per_s": 7.36e-5}
+        fluid |= {"cell_size_m": 1e-6, "domain_cells": [16, 16, 16], "relaxation_time": 0.8}
+        pilot = {"name": "pilot", "command": self.script("pilot", act), "every_steps": 10}
+        pilot["sets"] = ["bodies.0.motion.prescribed"]
+        probe = {"name": "probe", "position_m": [8.5e-6, 8.5e-6, 12.5e-6]}
+        output = {"flow": {"every_steps": 5, "totals": False, "probes": [probe]}, "trajectory": {"every_steps": 1}}
+        case = {"case": "ball", "fluid": fluid, "bodies": [ball], "controllers": [pilot], "output": output}
+        (self.folder / "ball.yaml").write_text(json.dumps({**case, "run": {"steps": 40}}))
+        self.finish("run", self.folder / "ball.yaml", "--out", "run")
+        rows = [line.split(",") for line in (self.folder / "run/trajectory.csv").read_text().splitlines()]
+        velocity = {int(row[0]): float(row[rows[0].index("vx_m_per_s")]) for row in rows[1:]}
+        flow = [line.split(",") for line in (self.folder / "run/flow.csv").read_text().splitlines()]
+        seen = {int(row[0]): float(row[2]) for row in flow[1:]}
+        self.assertGreater(seen[35], 0)
+        for step in (10, 20, 30):  # that of five steps before is the newest, and the body gets there by the next action
+            self.assertAlmostEqual(velocity[step + 10] / (0.3 * (1 + 1e3 * seen[step - 5])), 1, delta=1e-9)
+
     def test_its_faults_are_named(self):
         for name, (act, code, text) in FAULTS.items():
             with self.subTest(name):

@@ -35,6 +35,10 @@ class SimulationTest(unittest.TestCase):
                 "run.steps": 900,
                 "output.fields.mean_over_steps": [100, 800],
                 "output.fields.mean_every_steps": 50,
+                "output.flow": {
+                    "every_steps": 7,
+                    "probes": [{"name": "side, left", "position_m": [1e-5, 2.1e-5, 5e-5]}],
+                },
             }
             case = ROOT / "configs/quick/three_sphere.yaml"
             run = copepod.run(case, f"{folder}/run", set=settings, quiet=True)
@@ -46,12 +50,49 @@ class SimulationTest(unittest.TestCase):
                 sim.step(333)
                 sim.restore(middle)
                 sim.step(600)
-                positions = sim.bodies.position_m
+                positions, flow = sim.bodies.position_m, sim.flow
             other = copepod.load(f"{folder}/sim")
             self.assertEqual(other.status, "finished")
             self.assertEqual(other.summary["digest"], run.summary["digest"])
             self.assertTrue(other.trajectory.equals(run.trajectory))
+            self.assertTrue(other.flow.equals(run.flow))
+            self.assertEqual(list(run.flow.index), list(range(0, 900, 7)))
+            self.assertEqual(flow, run.flow.drop(columns="time_s").loc[896].to_dict())
             numpy.testing.assert_array_equal(other.trajectory.xs(900, level="step")[["x_m", "y_m", "z_m"]], positions)
+
+    def test_samples_of_the_flow_are_those_of_its_fields(self):
+        """An octant of a vortex: totals from all cells, probes linear between them, also in the mirror image."""
+        fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1000, "kinematic_viscosity_m2_per_s": 1e-5}
+        fluid |= {"cell_size_m": 1e-3, "domain_cells": [16, 16, 16], "symmetry_planes": ["x", "y", "z"]}
+        fluid["boundaries"] = dict.fromkeys("xyz", "free_slip")
+        fluid["initial_flow"] = {"kind": "taylor_green_3d", "speed_m_per_s": 0.02}
+        probes = [
+            {"name": "cell", "position_m": [2.5e-3, 4.5e-3, 3.5e-3]},
+            {"name": "mirrored", "position_m": [13.5e-3, 4.5e-3, 3.5e-3]},
+            {"name": "between", "position_m": [3.0e-3, 4.5e-3, 3.5e-3]},
+        ]
+        output = {"flow": {"every_steps": 20, "probes": probes}, "fields": {"every_steps": 20}}
+        output["fields"]["quantities"] = ["density", "velocity", "pressure", "vorticity"]
+        case = {"case": "vortex", "fluid": fluid, "step_s": 2e-3, "bodies": [], "run": {"steps": 60}, "output": output}
+        with tempfile.TemporaryDirectory() as folder:
+            run = copepod.run(case, f"{folder}/run", quiet=True)
+            fields, flow = run.fields.isel(time=2), run.flow.loc[40]
+            rho, u = fields["density_kg_per_m3"].values, fields["velocity_m_per_s"].values
+            omega, pressure = fields["vorticity_per_s"].values, fields["pressure_Pa"].values
+            self.assertAlmostEqual(
+                flow["kinetic_energy_J"] / (0.5e-9 * (rho[..., None] * u**2).sum()), 1, delta=1e-12
+            )
+            self.assertAlmostEqual(flow["enstrophy_m3_per_s2"] / (0.5e-9 * (omega**2).sum()), 1, delta=1e-12)
+            # Without walls ε = 2 ρ ν · enstrophy, but for the differences of a wave of 16 cells and its compression.
+            self.assertAlmostEqual(flow["dissipation_W"] / (2 * 0.01 * flow["enstrophy_m3_per_s2"]), 1, delta=1e-3)
+            first, later = run.flow["kinetic_energy_J"].loc[[20, 40]]
+            self.assertAlmostEqual((first - later) / (20 * 2e-3) / run.flow["dissipation_W"].loc[[20, 40]].mean(), 1, 1)
+            for name, (z, y, x), sign in (("cell", (3, 4, 2), 1), ("mirrored", (3, 4, 2), -1)):
+                found = [flow[f"{name}.v{axis}_m_per_s"] for axis in "xyz"]
+                numpy.testing.assert_allclose(found, u[z, y, x] * [sign, 1, 1], rtol=1e-12)
+                self.assertAlmostEqual(flow[f"{name}.pressure_Pa"] / pressure[z, y, x], 1, delta=1e-9)
+            numpy.testing.assert_allclose(flow["between.vx_m_per_s"], u[3, 4, 2:4, 0].mean(), rtol=1e-12)
+            self.assertEqual(flow["px_kg_m_per_s"], 0)
 
     def test_a_joint_follows_as_it_would_a_signal_of_the_case(self):
         with copepod.Simulation(STROKE, set={"joints.0.signal": TABLE}) as given:
@@ -218,7 +259,7 @@ class SimulationTest(unittest.TestCase):
         self.assertLessEqual({"copepod_open", "copepod_component_open"}, names)
 
     def test_the_state_has_the_layout_of_the_header(self):
-        self.assertEqual(ctypes.sizeof(copepod.simulation._State), 8 * 8)
+        self.assertEqual(ctypes.sizeof(copepod.simulation._State), 10 * 8)
 
 
 MISUSE = r"""

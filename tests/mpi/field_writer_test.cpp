@@ -94,18 +94,6 @@ TEST_F(Fields, KnowTheirStepTimeAndUnits) {
   EXPECT_EQ(file.read_attribute<std::int64_t>("mean", "mean_stop"), 20);
 }
 
-TEST_F(Fields, KeepTheGroupsThatAnOlderVersionWroteToOneFile) {
-  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(1, block_);
-  if (ranks_.rank() == 0) {
-    std::filesystem::rename(folder_.path() + "/fields/step_000000001.h5", path_);
-    std::filesystem::remove_all(folder_.path() + "/fields");
-  }
-  for (const std::int64_t step : {2, 3}) FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(step, block_);
-  Hdf5File file(path_, Hdf5File::Access::read, context_);
-  EXPECT_EQ(file.names(), (std::vector<std::string>{"step_000000001", "step_000000002", "step_000000003"}));
-  EXPECT_EQ(file.read_attribute<std::int64_t>("step_000000001", "step"), 1);
-}
-
 TEST_F(Fields, GoOnInTheSameFileAfterARestartAndReplaceARepeatedStep) {
   FieldBlock first = block_;
   for (double& density : first.density_kg_per_m3) density = -1;

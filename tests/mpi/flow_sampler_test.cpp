@@ -1,7 +1,8 @@
+#include "lattice_boltzmann/output/flow_sampler.hpp"
+
 #include <cmath>
 #include <iterator>
 
-#include "lattice_boltzmann/output/flow_sampler.hpp"
 #include "test_on_ranks.hpp"
 
 namespace copepod::fluid {

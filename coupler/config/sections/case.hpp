@@ -190,11 +190,11 @@ struct OutputCase {
   std::int64_t bodies_every_steps = 0;                               ///< 0: no surfaces of the bodies
   FieldOutput fields;                                                ///< its directory is that of the run
   FlowSampling flow;
-  bool writes_flow = true;  ///< its samples, to flow.csv
-  std::int64_t checkpoint_every_steps = 0;                           ///< 0: not by steps
-  double checkpoint_every_wall_s = 600.0;                            ///< 0: not by time
-  bool wire = false;                                                 ///< record every message
-  bool trace = false;                                                ///< record what each process does when
+  bool writes_flow = true;                  ///< its samples, to flow.csv
+  std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
+  double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
+  bool wire = false;                        ///< record every message
+  bool trace = false;                       ///< record what each process does when
 };
 
 /// Value of services.transport for a run in one process.

@@ -19,13 +19,12 @@ using Extent = Hdf5File::Extent;
 
 const std::string index_file = "fields.h5";
 const std::string folder = "fields";               ///< of files with a group each
-const std::string older_file = "fields_older.h5";  ///< all groups of a run that an older version began
 constexpr std::int64_t structure_bytes = 1 << 16;  ///< more than HDF5 needs to describe a group
 constexpr std::int64_t link_bytes = 1 << 9;        ///< likewise, a link to one
 
 const std::string mean_group = "mean";
 
-/// Attributes of a group that place its cells in the domain; groups of older versions hold all cells and lack them.
+/// Attributes of a group that place its cells in the domain.
 constexpr std::array region_attributes = {"first_cell_x", "first_cell_y", "first_cell_z",
                                           "cells_x",      "cells_y",      "cells_z"};
 
@@ -106,20 +105,13 @@ std::int64_t FieldWriter::data_bytes() const {
   return bytes * region_.volume();
 }
 
-/// Finds the groups that are there when a run is resumed. In older versions fields.h5 held them.
+/// Finds the groups that are there when a run is resumed.
 void FieldWriter::find_groups() {
-  const auto exists = [&](const std::string& file) { return std::filesystem::exists(in_run(file)); };
-  if (!exists(folder) && exists(index_file)) {
-    if (exists(older_file))
-      throw StorageError(in_run(older_file) + " is in the way of what " + index_file + " holds. Move it, and resume.");
-    std::filesystem::rename(in_run(index_file), in_run(older_file));
-  }
   std::error_code error;
   std::filesystem::create_directory(in_run(folder), error);
   if (error)
     throw StorageError(in_run(folder) + ": cannot make this folder (" + error.message() +
                        "). Make room on the disk, check permissions, and resume.");
-  if (exists(older_file)) add_groups_of(older_file);
   for (const auto& entry : std::filesystem::directory_iterator(in_run(folder)))
     if (entry.path().extension() == ".h5") add_groups_of(folder + "/" + entry.path().filename().string());
 }
@@ -128,13 +120,10 @@ void FieldWriter::add_groups_of(const std::string& name) {
   Hdf5File file(in_run(name), Hdf5File::Access::read, communicator_.context());
   for (const std::string& group : file.names()) {
     if (step_of_group(group) < 0 && group != mean_group) continue;
-    XdmfGrid grid{group, name, {{0, 0, 0}, images_.domain_cells()}, {}};
-    if (file.has_attribute(group, region_attributes[0])) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        grid.box.low[axis] = file.read_attribute<std::int64_t>(group, region_attributes[axis]);
-        grid.box.high[axis] =
-            grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
-      }
+    XdmfGrid grid{group, name, {}, {}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      grid.box.low[axis] = file.read_attribute<std::int64_t>(group, region_attributes[axis]);
+      grid.box.high[axis] = grid.box.low[axis] + file.read_attribute<std::int64_t>(group, region_attributes[axis + 3]);
     }
     for (const FieldArray& array : field_arrays)
       if (file.has(group + "/" + array.name)) grid.datasets.emplace_back(array.name);

@@ -72,7 +72,7 @@ class FieldWriter {
   MirrorImages images_;
   Communicator& communicator_;
   std::function<std::vector<double>(const FieldBlock&)> vorticity_;  ///< if asked for
-  std::map<std::string, XdmfGrid> grids_;  ///< on rank 0, by group: what is written
+  std::map<std::string, XdmfGrid> grids_;                            ///< on rank 0, by group: what is written
 };
 
 /// Decides after which steps fields are written or enter the mean; collective.

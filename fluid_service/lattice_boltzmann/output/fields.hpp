@@ -83,7 +83,6 @@ class MirrorImages {
   MirrorImages(const Cell& domain_cells, const std::array<bool, 3>& symmetry_planes)
       : domain_(domain_cells), symmetric_(symmetry_planes) {}
 
-  [[nodiscard]] const Cell& domain_cells() const { return domain_; }
   /// Which axes each image is mirrored along, the block itself (none) first: 1, 2, 4 or 8 images.
   [[nodiscard]] std::vector<std::array<bool, 3>> images() const;
   /// Reorders the values of `block` to (z, y, x), those within `region` only. Along a mirrored axis of n cells, cell i

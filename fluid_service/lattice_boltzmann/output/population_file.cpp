@@ -12,7 +12,7 @@ namespace copepod::fluid {
 
 namespace {
 
-constexpr std::int64_t format_version = 5;
+constexpr std::int64_t format_version = 6;
 constexpr std::int64_t layout_bytes = 1 << 16;  ///< more than HDF5 needs to describe the datasets
 constexpr std::int64_t piece_bytes = 1 << 18;   ///< of populations at once: stays in a core's cache
 const std::string root = "/";

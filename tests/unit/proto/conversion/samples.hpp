@@ -87,7 +87,8 @@ inline FluidSetup sample_fluid_setup() {
 }
 
 inline ControllerSetup sample_controller_setup() {
-  return {"pilot", 1e-9, 100, {"Kügelchen", "ball"}, {"actuators.0"}, R"({"gain": 0.1})", "/trace", {"wake.vx_m_per_s"}};
+  return {
+      "pilot", 1e-9, 100, {"Kügelchen", "ball"}, {"actuators.0"}, R"({"gain": 0.1})", "/trace", {"wake.vx_m_per_s"}};
 }
 
 inline Observation sample_observation(Eigen::Index bodies) {
