@@ -184,8 +184,9 @@ std::vector<double> vorticity(const FluidSetup& setup, const FieldBlock& block, 
   result.reserve(block.velocity_m_per_s.size());
   for_each_cell(block.box, [&](const Cell& cell) {
     const bool is_fluid = block.body[result.size() / 3] == 0;
+    const Eigen::Matrix3d g = gradient(cell);
     for (const auto& [i, j] : {std::pair{2, 1}, std::pair{0, 2}, std::pair{1, 0}})
-      result.push_back(is_fluid ? (gradient(i, j, cell) - gradient(j, i, cell)) / setup.cell_size_m : 0.0);
+      result.push_back(is_fluid ? (g(i, j) - g(j, i)) / setup.cell_size_m : 0.0);
   });
   return result;
 }

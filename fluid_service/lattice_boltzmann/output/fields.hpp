@@ -139,9 +139,12 @@ class VelocityGradient {
   VelocityGradient(const FluidSetup& setup, const FieldBlock& block, Communicator& communicator);
 
   /// Δx ∂u_i/∂x_j in a cell of the block [m/s].
-  [[nodiscard]] double operator()(int i, int j, const Cell& cell) const {
+  [[nodiscard]] Eigen::Matrix3d operator()(const Cell& cell) const {
     const std::int64_t at = layout_.cell(cell);
-    return 0.5 * (u_[i][at + stride_[j]] - u_[i][at - stride_[j]]);
+    Eigen::Matrix3d gradient;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) gradient(i, j) = 0.5 * (u_[i][at + stride_[j]] - u_[i][at - stride_[j]]);
+    return gradient;
   }
 
  private:

@@ -17,7 +17,13 @@ constexpr double resolution = 0x1p-80;
 constexpr int part_bits = 44;  ///< of a sum in a message: three parts, each added up by itself
 constexpr std::size_t parts = 3;
 
-auto whole(double value) { return static_cast<decltype(__int128{})>(value / resolution); }
+/// As two whole numbers of 64 bits, which processors convert at once.
+auto whole(double value) {
+  const std::int64_t high = std::llrint(value * 0x1p40);
+  const std::int64_t low = std::llrint((value - static_cast<double>(high) * 0x1p-40) / resolution);
+  __extension__ using Sum = __int128;
+  return (Sum{high} << 40) + low;
+}
 
 }  // namespace
 
@@ -64,9 +70,7 @@ void FlowSampler::add_totals(const FieldBlock& block, Sum* sums) const {
     if (block.body[at] != 0) return;
     const double density = block.density_kg_per_m3[at] / setup_.density_kg_per_m3;
     const Eigen::Vector3d velocity = per_speed * Eigen::Map<const Eigen::Vector3d>(&block.velocity_m_per_s[3 * at]);
-    Eigen::Matrix3d g;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) g(i, j) = per_speed * gradient(i, j, cell);
+    const Eigen::Matrix3d g = per_speed * gradient(cell);
     sums[0] += whole(0.5 * density * velocity.squaredNorm());
     sums[1] += whole((0.5 * (g + g.transpose())).squaredNorm());
     sums[2] += whole(0.25 * (g - g.transpose()).squaredNorm());  // ½ ω²
