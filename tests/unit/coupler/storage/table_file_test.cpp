@@ -70,6 +70,7 @@ TEST_F(Table, IsNotContinuedWhereItIsNotWhatItWas) {
     file.add("1,2");
     end = file.sync();
   }
+  EXPECT_THROW(CsvFile(path, "a,c", end), StorageError);  // it has other columns
   for (const char* changed : {"", "a,b\n1,", "a,b\n1,3\n7,8\n", "a,c\n1,2\n"}) {
     write(changed);
     EXPECT_NE(find_damage(path, end), "") << changed;
