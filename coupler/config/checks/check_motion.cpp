@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <ranges>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -226,8 +227,9 @@ void check_output(const Case& the_case, Problems& problems) {
     const Eigen::Vector3d length_m = the_case.fluid.length_m();
     if (!length_m.isZero(0.0) && !((at_m.array() >= 0.0).all() && (at_m.array() <= length_m.array()).all()))
       problems.reject(key + ".position_m", "is outside the domain (nothing flows there). Move it inside.");
-    if (std::ranges::count(output.flow.probes, name, &Probe::name) > 1)
-      problems.reject(key + ".name", "names several probes (columns have different names). Rename it.");
+    const auto before = output.flow.probes | std::views::take(i);
+    if (std::ranges::find(before, name, &Probe::name) != before.end())
+      problems.reject(key + ".name", "names two probes (columns have different names). Rename one.");
   }
   if (output.flow.every_steps > 0 && !output.flow.totals && output.flow.probes.empty())
     problems.reject("output.flow", "samples nothing (totals: false, and no probes). Add probes, or remove it.");

@@ -62,6 +62,7 @@ class FluidCase:
         for _ in POSITIONS_M:
             message.bodies.add(kind=setup.SHAPE_KIND_SPHERE, radius_m=RADIUS_M)
         message.fields.SetInParent()
+        message.flow.SetInParent()
         return request
 
     def step_request(self, step):

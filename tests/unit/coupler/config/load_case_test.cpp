@@ -128,6 +128,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                                                                        "collision:central_moments",
                                                                                        "fields",
                                                                                        "fields:selection",
+                                                                                       "flow_samples",
                                                                                        "initial_flow:uniform",
                                                                                        "moving_boundary:bounce_back",
                                                                                        "obstacle_loads",

@@ -132,8 +132,10 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
       "fields:selection"}},
     {"fields.compression",
      {[](FluidSetup& s) { s.fields.mean_stop = 10, s.fields.compression = 1; }, "fields:selection"}},
+    {"flow", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
     {"flow.every_steps", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
     {"flow.totals", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
+    {"flow.probes", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
     {"flow.probes.name", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
     {"flow.probes.position_m", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
 };
