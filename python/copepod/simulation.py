@@ -124,10 +124,7 @@ class _Services:
 
     @contextmanager
     def settings(self) -> Iterator[list[str]]:
-        """Context in which a simulation is opened with these settings: a service that fails, and a signal, end that.
-
-        @throws CaseError, RunError
-        """
+        """Context for opening a simulation; services that fail (CaseError, RunError), and a signal, end that."""
         answers: Any = self._process.stdout
         settings = self._read(answers.readline())["settings"]
         signals = os.open(f"/proc/self/fd/{answers.fileno()}", os.O_WRONLY | os.O_NONBLOCK)  # of the same pipe

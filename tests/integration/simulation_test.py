@@ -228,11 +228,19 @@ SHORT = {
     "output.fields.mean_over_steps": [20, 100],
     "output.fields.mean_every_steps": 10,
 }
-BODY_WITHOUT_SNAPSHOTS = """import sys
+MASSES = """import sys
 sys.path.insert(0, sys.argv.pop(1))
 from point_masses import PointMasses, FEATURES, Capabilities, run_body_component
-features = [feature for feature in FEATURES if feature != "snapshots"]
-sys.exit(run_body_component(PointMasses, Capabilities("Masses", "1.0", features)))
+class Masses(PointMasses):
+    alive = 0
+    def __init__(self, setup, context):
+        assert Masses.alive == 0, "there are two"
+        Masses.alive += 1
+        super().__init__(setup, context)
+    def __del__(self):
+        Masses.alive -= 1
+lacks = sys.argv.pop(1)
+sys.exit(run_body_component(Masses, Capabilities("Masses", "1.0", [name for name in FEATURES if name != lacks])))
 """
 
 
@@ -263,6 +271,11 @@ class ServicesTest(unittest.TestCase):
         simulation = copepod.Simulation(case, directory, services=True, **settings)
         self.addCleanup(simulation.close)
         return simulation
+
+    def masses(self, lacking):
+        """Command of a body component without that feature; it has one solver at a time."""
+        (self.folder / "masses.py").write_text(MASSES)
+        return [sys.executable, str(self.folder / "masses.py"), str(ROOT / "examples/python"), lacking]
 
     def test_the_bits_are_those_in_this_process(self):
         """On one rank, and on two over the network with keys; after a return to the middle, and to the start."""
@@ -295,8 +308,8 @@ class ServicesTest(unittest.TestCase):
     def test_components_in_python_and_a_controller_return_too(self):
         pilot = [sys.executable, f"{ROOT}/examples/python/triangle_pilot.py"]
         settings = {"run.steps": 120, "controllers.0.every_steps": 20, "controllers.0.command": pilot}
-        for role, script in (("fluid", "stokes_drag_fluid"), ("body", "point_masses")):
-            settings[f"services.{role}.command"] = [sys.executable, f"{ROOT}/examples/python/{script}.py"]
+        settings["services.fluid.command"] = [sys.executable, f"{ROOT}/examples/python/stokes_drag_fluid.py"]
+        settings["services.body.command"] = self.masses(lacking="nothing")
         ends_m = []
         for returns in (False, True):
             with self.opened(ROOT / "configs/examples/steered_triangle.yaml", set=settings) as sim:
@@ -314,8 +327,7 @@ class ServicesTest(unittest.TestCase):
         self.assertGreater(numpy.ptp(ends_m[0], axis=0).max(), 0.0)
 
     def test_a_component_without_snapshots_is_named_and_steps_on(self):
-        (self.folder / "masses.py").write_text(BODY_WITHOUT_SNAPSHOTS)
-        command = [sys.executable, str(self.folder / "masses.py"), str(ROOT / "examples/python")]
+        command = self.masses(lacking="snapshots")
         case = ROOT / "configs/quick/three_sphere.yaml"
         sim = self.opened(case, self.folder / "run", set=SHORT | {"services.body.command": command})
         for steps in (0, 5):
