@@ -70,7 +70,7 @@ Capabilities rigid_body_capabilities() {
                       "integrator:runge_kutta_4 springs anchors bends joint:ball joint:hinge joint:slider joint:fixed "
                       "joint:distance joint:springs joint:limits actuator:pair_force actuator:body_force "
                       "actuator:body_torque actuator:world_force actuator:world_torque actuator:joint_motion gravity "
-                      "contact contact:friction walls periodic checkpoint")};
+                      "contact contact:friction walls periodic checkpoint snapshots")};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)

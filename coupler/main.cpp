@@ -5,8 +5,8 @@
 
 int main(int argc, char** argv) {
   using namespace copepod::coupler;
-  return run_program(argc, argv, std::cout, std::cerr,
-                     [](const Options& options, const Case& the_case, const RunSignals& signals) {
-                       return std::make_unique<RemoteComponents>(options, the_case, signals.stop);
-                     });
+  return run_program(
+      argc, argv, std::cout, std::cerr, [](const Options& options, const Case& the_case, const RunSignals& signals) {
+        return std::make_unique<RemoteComponents>(options, the_case, [&signals] { return signals.stop.load(); });
+      });
 }

@@ -1,4 +1,5 @@
-/* libcopepod: a run inside another program, step by step, with all ranks of the fluid as threads of its process.
+/* libcopepod: a run inside another program, step by step, with all ranks of the fluid as threads of its process, or
+ * with services.
  *
  * Every function returns 0, or the exit code of `copepod run` for the same failure (2: bad case, 70: diverged, 73:
  * disk), or COPEPOD_MISUSE; copepod_error() then has the message. No exception and no signal handler crosses the
@@ -19,7 +20,10 @@ extern "C" {
 #define COPEPOD_MISUSE 64 /* a handle, an argument or an order of calls that makes no sense; nothing has changed */
 
 /* Opens a case at step 0.
- * settings   other values of some keys, "key.path=value" as after --set, ended by NULL; may be NULL
+ * settings   other values of some keys, "key.path=value" as after --set, ended by NULL; may be NULL. With
+ *            "--endpoint=ADDRESS" and "--session=TOKEN" the solvers are services that the caller starts with these
+ *            options (docs/protocol.md); "--keys=FILE": of the coupler, where other machines can connect; "--stop=N": a
+ *            descriptor that ends the wait for the services, with code 143, once it can be read
  * directory  run directory that receives results; NULL: none are kept
  * simulation receives the handle */
 int copepod_open(const char* case_file, const char* const* settings, const char* directory, int64_t* simulation);
@@ -59,8 +63,8 @@ int copepod_observe(int64_t simulation, copepod_state* state);
 int copepod_act(int64_t simulation, int64_t actuator, double value, int64_t steps);
 
 /* Keeps the whole state in memory (fluid, bodies, coupler, actuators), returns to it any number of times, also after a
- * failure, and frees it. What comes after has the bits of a run without interruption; files in the run directory end
- * where the state does. */
+ * failure (but of a service), and frees it. What comes after has the bits of a run without interruption; files in the
+ * run directory end where the state does. */
 int copepod_snapshot(int64_t simulation, int64_t* snapshot);
 int copepod_restore(int64_t simulation, int64_t snapshot);
 int copepod_drop(int64_t simulation, int64_t snapshot);

@@ -56,7 +56,8 @@ typedef struct {
 
 /* Starts a component with the command line of the process.
  * role      "fluid" or "body"
- * features  what it can do, as words of docs/protocol.md with blanks between them */
+ * features  what it can do, as words of docs/protocol.md with blanks between them; with snapshots, COPEPOD_SETUP may
+ *           come again and begins anew */
 int copepod_component_open(int argc, char** argv, const char* role, const char* name, const char* version,
                            const char* features);
 

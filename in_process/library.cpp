@@ -2,6 +2,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
+#include <csignal>
 #include <cstdlib>
 #include <exception>
 #include <fcntl.h>
@@ -11,9 +13,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <poll.h>
+#include <stop_token>
 #include <string>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -23,7 +28,9 @@
 
 #include "c_border.hpp"
 #include "config/setups.hpp"
+#include "contract/words.hpp"
 #include "local_components.hpp"
+#include "remote/remote_solvers.hpp"
 #include "run/run_case.hpp"
 #include "run/summary.hpp"
 #include "system/durable_file.hpp"
@@ -55,9 +62,10 @@ class FolderLock {
 /// use; those of processes that were killed are removed.
 class TemporaryFolder {
  public:
-  TemporaryFolder() {
-    const fs::path memory = "/dev/shm";
-    const fs::path parent = ::access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path();
+  /// @param shared  where to make it in place of that
+  explicit TemporaryFolder(const fs::path& shared = {}) {
+    const fs::path memory = ::access("/dev/shm", W_OK) == 0 ? "/dev/shm" : fs::temp_directory_path();
+    const fs::path parent = shared.empty() ? memory : shared;
     for (const auto& entry : fs::directory_iterator(parent))
       if (entry.path().filename().string().starts_with(name_start)) remove_if_abandoned(entry.path());
     std::string path = parent / (name_start + std::to_string(::getpid()) + "-XXXXXX");
@@ -95,16 +103,37 @@ struct KeptSnapshot {
   coupler::Snapshot snapshot;
 };
 
-/// @param keeps_results  without, nothing is written on the way: it would fill the memory
-LoadedCase load(const std::string& case_file, const char* const* settings, bool keeps_results) {
-  std::vector<std::string> overrides{"services.transport=in_process"};
+/// Where services connect, if there are any, and other values of the case.
+/// @param stop  receives the descriptor of --stop
+coupler::Options read(const char* const* settings, int& stop) {
+  coupler::Options options;
+  std::vector<std::string>& overrides = options.overrides;
   for (; settings != nullptr && *settings != nullptr; ++settings) overrides.emplace_back(*settings);
+  const auto taken = [&](const std::string& option) {
+    const auto place = std::ranges::find_if(overrides, [&](const auto& word) { return word.starts_with(option); });
+    const std::string value = place == overrides.end() ? "" : place->substr(option.size());
+    if (place != overrides.end()) overrides.erase(place);
+    return value;
+  };
+  options.endpoint = taken("--endpoint=");
+  options.session = taken("--session=");
+  options.key_file = taken("--keys=");
+  stop = number_in<int>(taken("--stop=")).value_or(-1);
+  require(options.endpoint.empty() == options.session.empty(),
+          "--endpoint or --session is missing (services need both to connect). Give both, or none.");
+  const std::string transport = options.endpoint.starts_with("tcp") ? options.endpoint : "ipc";
+  overrides.insert(overrides.begin(), "services.transport=" + (options.endpoint.empty() ? "in_process" : transport));
+  return options;
+}
+
+/// @param keeps_results  without, nothing is written on the way: it would fill the memory
+LoadedCase load(const std::string& case_file, const std::vector<std::string>& overrides, bool keeps_results) {
   LoadedCase loaded = coupler::load_case(case_file, overrides);
   if (loaded.sweep) throw CaseError(case_file + " is a sweep (a simulation is of one case). Set sweep=null.");
-  if (loaded.content.output.trace)
+  if (loaded.content.output.trace || loaded.content.output.wire)
     throw CaseError(
-        "output.trace is of runs that nothing interrupts (a simulation may return to an earlier state). "
-        "Remove it.");
+        "output.trace and output.wire are of runs that nothing interrupts (a simulation may return to an earlier "
+        "state). Remove them.");
   if (!keeps_results) {
     coupler::OutputCase& output = loaded.content.output;
     output.trajectory_every_steps = output.bodies_every_steps = 0;
@@ -119,11 +148,12 @@ class Simulation {
  public:
   /// @param resumes  the run in the directory, from its newest checkpoint
   Simulation(const std::string& case_file, const char* const* settings, const char* directory, bool resumes)
-      : loaded_(load(case_file, settings, directory != nullptr)),
+      : options_(read(settings, stop_.fd)),
+        loaded_(load(case_file, options_.overrides, directory != nullptr)),
         directory_(directory != nullptr ? fs::path(directory) : temporary_.emplace().path()),
-        components_(loaded_.content.services.fluid_ranks),
+        components_(make_components()),
         provenance_(directory_, "libcopepod", "", loaded_.content.services.fluid_ranks, resumes),
-        run_(loaded_, directory_, components_, events_, signals_) {
+        run_(loaded_, directory_, *components_, events_, signals_) {
     if (!temporary_ && !lock_.take(fs::canonical(directory_.root())) && errno == EWOULDBLOCK)
       throw CaseError(directory_.root().string() +
                       " is in use (a run or simulation writes there). Wait for it to end.");
@@ -146,6 +176,8 @@ class Simulation {
         {"flow", coupler::make_fluid_setup(loaded_.content, loaded_.assembly, "").flow.names()}};
     for (const BodySpecification& body : loaded_.assembly.bodies) description["bodies"].push_back(body.name);
     description_ = description.dump();
+    stop_.fd = -1;
+    if (!options_.endpoint.empty()) heart_ = std::jthread([this](const std::stop_token& stop) { beat(stop); });
   }
 
   [[nodiscard]] const std::string& description() const { return description_; }
@@ -196,7 +228,8 @@ class Simulation {
 
   std::int64_t snapshot() {
     require_usable();
-    TemporaryFolder folder;
+    const bool over_hosts = options_.endpoint.starts_with("tcp") && !temporary_;  // which share the run directory
+    TemporaryFolder folder(over_hosts ? directory_.root() : fs::path());
     coupler::Snapshot saved = run_.save(folder.path());
     snapshots_.emplace(++newest_snapshot_, KeptSnapshot{std::move(folder), std::move(saved)});
     return newest_snapshot_;
@@ -211,21 +244,41 @@ class Simulation {
   void drop(std::int64_t snapshot) { snapshots_.erase(found(snapshot)); }
 
   void close() {
-    if (temporary_) return;
     std::exception_ptr problem;
     try {
-      if (!failure_) or_fail([&] { run_.finish(); });
+      if (!failure_) or_fail([&] { temporary_ ? components_->finish() : run_.finish(); });
     } catch (const std::exception&) {
       problem = std::current_exception();
     }
-    provenance_.set_notices(run_.notices());
-    provenance_.write_end(failure_ ? failure_->code : ExitCode::finished, failure_ ? failure_->reason : "");
+    if (failure_) components_->abort(*failure_);
+    if (!temporary_) {
+      provenance_.set_notices(run_.notices());
+      provenance_.write_end(failure_ ? failure_->code : ExitCode::finished, failure_ ? failure_->reason : "");
+    }
     if (problem) std::rethrow_exception(problem);
   }
 
   std::mutex in_a_call;
+  std::mutex wire;  ///< held while components are used
 
  private:
+  std::unique_ptr<coupler::Components> make_components() {
+    if (options_.endpoint.empty()) return std::make_unique<LocalComponents>(loaded_.content.services.fluid_ranks);
+    return std::make_unique<coupler::RemoteComponents>(options_, loaded_.content,
+                                                       [this] { return ::poll(&stop_, 1, 0) > 0 ? SIGTERM : 0; });
+  }
+
+  /// Services receive heartbeats however long the caller lets the simulation rest.
+  void beat(const std::stop_token& stop) {
+    std::unique_lock lock(wire);
+    while (!resting_.wait_for(lock, stop, std::chrono::milliseconds(400), [&] { return stop.stop_requested(); })) {
+      try {
+        components_->stay_in_touch_during([] {});
+      } catch (const std::exception&) {  // the next call throws it again
+      }
+    }
+  }
+
   void require_usable() const {
     require(!failure_, "this simulation has failed (see the message then). Restore a snapshot, or close it.");
   }
@@ -248,11 +301,13 @@ class Simulation {
     return place;
   }
 
+  pollfd stop_{-1, POLLIN, 0};  ///< ends the opening when it can be read
+  coupler::Options options_;
   LoadedCase loaded_;
   std::optional<TemporaryFolder> temporary_;
   coupler::RunDirectory directory_;
   FolderLock lock_;
-  LocalComponents components_;
+  std::unique_ptr<coupler::Components> components_;
   std::ostream nowhere_{nullptr};
   coupler::Events events_{nowhere_};
   coupler::RunSignals signals_;
@@ -262,6 +317,8 @@ class Simulation {
   std::optional<FailureReport> failure_;
   std::map<std::int64_t, KeptSnapshot> snapshots_;
   std::int64_t newest_snapshot_ = 0;
+  std::condition_variable_any resting_;
+  std::jthread heart_;
 };
 
 /// All that are open. A handle is a number, so that one that was closed is refused.
@@ -283,6 +340,7 @@ int guarded(std::int64_t handle, const Action& action) noexcept {
     }
     const std::unique_lock lock(simulation->in_a_call, std::try_to_lock);
     require(lock.owns_lock(), "another thread is in a call for this simulation (one at a time). Wait for it.");
+    const std::lock_guard wire(simulation->wire);
     action(*simulation);
   });
 }

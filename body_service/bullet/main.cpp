@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
       features_in("shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh shape:compound "
                   "inertia motion:free motion:fixed motion:prescribed motion:axis springs anchors bends "
                   "actuator:pair_force actuator:body_force actuator:body_torque actuator:world_force "
-                  "actuator:world_torque gravity contact contact:friction contacts walls checkpoint")};
+                  "actuator:world_torque gravity contact contact:friction contacts walls checkpoint snapshots")};
   return run_body_component(argc, argv,
                             {capabilities,
                              [&](const auto& setup, auto& context) {

@@ -71,7 +71,7 @@ Link::Link(const LinkSettings& settings, std::unique_ptr<transport::Router> rout
 void Link::await_components() {
   const double end_s = now_s() + connect_deadline_s_;
   while (!parties_.are_complete()) {
-    attend();
+    attend(kSlice);
     if (now_s() > end_s && !parties_.are_complete()) {
       throw DeadlinePassed("The " + parties_.missing() + " component did not connect within " +
                            std::to_string(static_cast<int>(connect_deadline_s_)) +
@@ -82,7 +82,10 @@ void Link::await_components() {
 
 void Link::stay_in_touch_during(const std::function<void()>& work) {
   std::future<void> done = std::async(std::launch::async, work);
-  while (done.wait_for(kMoment) != std::future_status::ready) attend();
+  do {
+    while (attend(transport::Duration::zero())) {
+    }
+  } while (done.wait_for(kMoment) != std::future_status::ready);
   done.get();
 }
 
@@ -106,6 +109,7 @@ void Link::abort(const FailureReport& report) noexcept {
 }
 
 Party& Link::open_request(std::size_t number, MessageKind request, std::int64_t step) {
+  if (ended_) throw PeerFailed(*ended_);
   Party& party = parties_[number];
   const session::Asked asked = session::ask(party.session, request, step);
   if (!asked.problem.empty()) throw std::logic_error(asked.problem);
@@ -116,7 +120,7 @@ Party& Link::open_request(std::size_t number, MessageKind request, std::int64_t 
 
 void Link::await_reply(Party& party) {
   send_request(party);
-  while (party.session.waits()) attend();
+  while (party.session.waits()) attend(kSlice);
 }
 
 /// A request that cannot be delivered now is sent again once the component has shown that it misses it.
@@ -127,21 +131,22 @@ void Link::send_request(Party& party) {
   router_->send(party.data_peer, party.request);
 }
 
-/// One round of waiting: at most one message, or a look at all components if there is none.
-void Link::attend() {
+/// One round of waiting: at most one message, or a look at all components if there is none. @return whether one came
+bool Link::attend(transport::Duration longest) {
   throw_if_stopped();
   const double now = now_s();
   for (Party& party : parties_) {
     if (party.is_complete() && !party.is_finished() && ping_is_due(party.liveness, patience_, now)) ping(party);
   }
-  if (router_->receive(frame_, std::min<transport::Duration>(kSlice, time_to_next_ping(now)))) {
+  if (router_->receive(frame_, std::min(longest, time_to_next_ping(now)))) {
     handle(frame_);
-    return;
+    return true;
   }
   for (std::string text = router_->next_remark(); !text.empty(); text = router_->next_remark()) log_remark(text);
   for (Party& party : parties_) {
     if (party.is_complete() && !party.is_finished()) look_after(party);
   }
+  return false;
 }
 
 transport::Duration Link::time_to_next_ping(double now_s) const {
@@ -170,7 +175,8 @@ void Link::handle(const transport::Frame& frame) {
     ++damaged_;
   } catch (const conversion::MalformedMessage& error) {
     if (party == nullptr) throw;
-    throw violation(*party, party->session.current_step(), error);
+    ended_ = violation(*party, party->session.current_step(), error).report();
+    throw PeerFailed(*ended_);
   }
 }
 
@@ -188,9 +194,8 @@ void Link::handle_data(Party& party, const transport::Frame& frame) {
   if (heard.kind == Heard::Kind::refuse) throw conversion::MalformedMessage(heard.problem);
   party.session = heard.session;
   if (heard.kind != Heard::Kind::failure) return;
-  FailureReport report;
-  party.decoder.read(report);
-  throw PeerFailed(report);
+  party.decoder.read(ended_.emplace());
+  throw PeerFailed(*ended_);
 }
 
 void Link::handle_control(Party& party, const transport::Frame& frame) {
@@ -219,7 +224,8 @@ void Link::look_after(Party& party) {
   const std::int64_t step = party.session.current_step();
   const std::string reason = party.description(rank, step) + " " + describe(health, party.liveness, now) + "." +
                              note_on_damage() + " Look at its log, then run again or resume from a checkpoint.";
-  throw ComponentLost(FailureReport{ExitCode::component_lost, party.name, party.hello.host, rank, step, reason});
+  ended_ = FailureReport{ExitCode::component_lost, party.name, party.hello.host, rank, step, reason};
+  throw ComponentLost(*ended_);
 }
 
 void Link::send_again_if_lost(Party& party) {
@@ -252,7 +258,7 @@ std::string Link::note_on_damage() const {
 }
 
 void Link::throw_if_stopped() const {
-  const int signal = stop_signal_ == nullptr ? 0 : stop_signal_->load();
+  const int signal = stop_signal_ ? stop_signal_() : 0;
   if (signal != 0) throw Interrupted(signal, step_);
 }
 

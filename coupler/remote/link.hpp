@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,15 +18,15 @@ namespace copepod::coupler {
 
 /// How the coupler reaches its components and how long it waits for them.
 struct LinkSettings {
-  std::string endpoint;                           ///< ipc:///… or tcp://…
-  std::string session;                            ///< token that every component must show
-  std::string key_file;                           ///< CURVE keys of the coupler; empty: none
-  double connect_deadline_s = 60.0;               ///< for both Hellos
-  double silence_s = 3.0;                         ///< without a pong for this long: frozen or dead
-  double progress_deadline_s = 60.0;              ///< pongs, but neither step, phase nor progress moves: hung
-  std::string wire_file;                          ///< where to record every message; empty: nowhere
-  std::vector<std::string> controllers;           ///< their names
-  const std::atomic<int>* stop_signal = nullptr;  ///< non-zero: waits throw Interrupted within 100 ms
+  std::string endpoint;                   ///< ipc:///… or tcp://…
+  std::string session;                    ///< token that every component must show
+  std::string key_file;                   ///< CURVE keys of the coupler; empty: none
+  double connect_deadline_s = 60.0;       ///< for both Hellos
+  double silence_s = 3.0;                 ///< without a pong for this long: frozen or dead
+  double progress_deadline_s = 60.0;      ///< pongs, but neither step, phase nor progress moves: hung
+  std::string wire_file;                  ///< where to record every message; empty: nowhere
+  std::vector<std::string> controllers;   ///< their names
+  std::function<int()> stop_signal = {};  ///< non-zero: waits throw Interrupted within 100 ms
 };
 
 /// Number of a component among those of a run: the controllers follow, in the order of the case.
@@ -43,7 +43,7 @@ enum Number : std::size_t { kFluid, kBody, kFirstController };
 /// that the loss of one is also noticed while the coupler waits for another. Errors that any waiting call
 /// throws: PeerFailed (reported by a component, or a breach of the protocol that names it), ComponentLost
 /// (died, froze or hung; names component, host, rank and the step of its open request), Interrupted
-/// (stop_signal).
+/// (stop_signal). After the first two every request throws the same again.
 class Link {
  public:
   /// Binds the endpoint.
@@ -64,8 +64,8 @@ class Link {
     return parties_[number].hello.capabilities;
   }
 
-  /// Runs a long task of the coupler in another thread and pings the components meanwhile; otherwise they
-  /// would take the coupler for lost.
+  /// Runs a task of the coupler in another thread and pings the components meanwhile; otherwise they would take the
+  /// coupler for lost.
   /// @throws also what `work` throws; nothing is thrown before `work` is over
   void stay_in_touch_during(const std::function<void()>& work);
 
@@ -93,7 +93,7 @@ class Link {
  private:
   Party& open_request(std::size_t number, session::MessageKind request, std::int64_t step);
   void await_reply(Party& party);
-  void attend();
+  bool attend(transport::Duration longest);
   void send_request(Party& party);
   [[nodiscard]] transport::Duration time_to_next_ping(double now_s) const;
   void handle(const transport::Frame& frame);
@@ -112,13 +112,14 @@ class Link {
 
   double connect_deadline_s_;
   session::Patience patience_;
-  const std::atomic<int>* stop_signal_;
+  std::function<int()> stop_signal_;
   std::unique_ptr<transport::Router> router_;
   Parties parties_;
   Handshake handshake_;
   transport::Frame frame_;
   conversion::Encoder control_encoder_;
   conversion::Decoder control_decoder_;
+  std::optional<FailureReport> ended_;
   std::int64_t step_ = -1;     ///< of the newest request
   std::int64_t damaged_ = 0;   ///< messages whose checksum did not fit
   std::uint64_t remarks_ = 0;  ///< about strangers

@@ -98,7 +98,7 @@ std::vector<double> RemoteController::act(const Observation& observation) {
   return action_;
 }
 
-RemoteComponents::RemoteComponents(const Options& options, const Case& the_case, const std::atomic<int>& stop_signal)
+RemoteComponents::RemoteComponents(const Options& options, const Case& the_case, std::function<int()> stop_signal)
     : settings_{.endpoint = options.endpoint,
                 .session = options.session,
                 .key_file = options.key_file,
@@ -107,7 +107,7 @@ RemoteComponents::RemoteComponents(const Options& options, const Case& the_case,
                 .progress_deadline_s = the_case.services.progress_deadline_s,
                 .wire_file = options.wire_file,
                 .controllers = {},
-                .stop_signal = &stop_signal} {
+                .stop_signal = std::move(stop_signal)} {
   for (const ControllerCase& controller : the_case.controllers) settings_.controllers.push_back(controller.name);
 }
 

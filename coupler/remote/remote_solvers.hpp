@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -84,8 +83,8 @@ class RemoteController final : public RemoteSolver<Controller> {
 class RemoteComponents final : public Components {
  public:
   /// @param options      where they connect, with what token and keys, and where to record messages
-  /// @param stop_signal  non-zero ends every wait; must outlive this object
-  RemoteComponents(const Options& options, const Case& the_case, const std::atomic<int>& stop_signal);
+  /// @param stop_signal  non-zero ends every wait
+  RemoteComponents(const Options& options, const Case& the_case, std::function<int()> stop_signal);
 
   void connect() override;
   [[nodiscard]] const Capabilities& fluid_capabilities() const override { return link_->capabilities(kFluid); }

@@ -39,7 +39,7 @@ class Components {
   }
   virtual void finish() = 0;
 
-  /// Runs work that takes the coupler long; remote components receive heartbeats meanwhile.
+  /// Runs work that takes the coupler long, or none; remote components receive heartbeats meanwhile.
   virtual void stay_in_touch_during(const std::function<void()>& work) { work(); }
 
   virtual void abort(const FailureReport& report) noexcept = 0;

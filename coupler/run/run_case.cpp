@@ -46,9 +46,10 @@ void CaseRun::open(bool resumes, const OnReady& on_ready) {
 CheckpointStore CaseRun::own_checkpoints() const { return {directory_.checkpoints(), case_key(loaded_.content)}; }
 
 void CaseRun::write_checkpoint() {
+  require_announced({"checkpoint"});
   CheckpointStore store = own_checkpoints();
   store.prepare(solvers(), state());
-  store.commit(scheme_->step());
+  components_.stay_in_touch_during([&] { store.commit(scheme_->step()); });
 }
 
 void CaseRun::connect() {
@@ -73,11 +74,20 @@ void CaseRun::start(const std::optional<FoundCheckpoint>& checkpoint, bool resum
   make_scheme(checkpoint, resumes);
 }
 
+void CaseRun::require_announced(std::initializer_list<const char*> features) const {
+  for (const auto& [name, component] : capabilities())
+    for (const std::string feature : features)
+      if (!component.features.contains(feature))
+        throw CaseError("the " + name + " component " + component.name + " cannot do that (it does not announce «" +
+                        feature + "»). Do without, or see docs/adding_a_component.md.");
+}
+
 void CaseRun::check_features(const Capabilities& capabilities, const std::set<std::string>& required) {
   for (const std::string& text : require_features(capabilities, required)) notice(text);
 }
 
 void CaseRun::notice(const std::string& text) {
+  if (std::ranges::find(notices_, text) != notices_.end()) return;  // of solvers that were made before
   spdlog::warn(text);
   events_.notice(text);
   notices_.push_back(text);
@@ -265,6 +275,7 @@ CouplerState CaseRun::state() {
 }
 
 Snapshot CaseRun::save(const std::filesystem::path& folder) {
+  require_announced({"checkpoint", "snapshots"});
   if (scheme_->step() == 0) return {std::nullopt, driving_};
   for (const auto& [name, solver] : solvers()) solver->save((folder / name).string());
   return {FoundCheckpoint{folder, state(), {}}, driving_};

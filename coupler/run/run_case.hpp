@@ -54,12 +54,12 @@ class CaseRun {
   void open(bool resumes, const OnReady& on_ready);
   /// Advances to the start of step `stop`, or of the first step before which `pause` returns true.
   void advance(std::int64_t stop, const std::function<bool(std::int64_t step)>& pause) { scheme_->run(stop, pause); }
-  /// Saves the solvers' states in a new folder.
+  /// Saves the solvers' states in a new folder. @throws CaseError that names a component which cannot return to them
   Snapshot save(const std::filesystem::path& folder);
   /// Continues from what `save` returned, as a run that is resumed: with new solvers, and tables that end there. Legal
   /// after a failure, too.
   void restore(const Snapshot& snapshot);
-  /// Writes a checkpoint of the run directory; not at step 0, where there is nothing to save.
+  /// Writes a checkpoint of the run directory; not at step 0, where there is nothing to save. @throws likewise
   void write_checkpoint();
   /// Writes the summary, and completes all files.
   void finish();
@@ -83,6 +83,7 @@ class CaseRun {
   void connect();
   /// @param resumes  whether what was measured up to the checkpoint counts; if not, it is measured from there on
   void start(const std::optional<FoundCheckpoint>& checkpoint, bool resumes, const OnReady& on_ready);
+  void require_announced(std::initializer_list<const char*> features) const;
   void check_features(const Capabilities& capabilities, const std::set<std::string>& required);
   /// By the name of each: "fluid", "body", and those of the controllers.
   [[nodiscard]] std::map<std::string, Capabilities> capabilities() const;

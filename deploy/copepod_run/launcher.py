@@ -12,10 +12,11 @@ from typing import IO
 
 from copepod_run import cleanup
 from copepod_run.cleanup import COMPONENT, MARK
-from copepod_run.outcome import Failure, lost
+from copepod_run.outcome import Exit, Failure, describe_exit, lost
 from copepod_run.processes import ENDED, Attention, Looker, Wrong, adopt_orphans
 from copepod_run.processes import family_of, own_host, reap_orphans, start_child, state_of
 from copepod_run.progress import Event, EventReader
+from copepod_run.run_directory import shown
 from copepod_run.scratch import Scratch
 
 LOOK_EVERY_S = 0.5  # how often look() is called
@@ -127,6 +128,12 @@ class Process:
     def returncode(self) -> int | None:
         """As in subprocess: None while it lives, minus the signal's number if a signal ended it."""
         return self._popen.poll()
+
+    def exit(self, ranks: int) -> Exit:
+        """How it has ended."""
+        output, log = self.tail(self.output), self.tail(self.log)
+        log_file = shown(self.log if log else self.output)
+        return describe_exit(self.name, self.returncode or 0, output, self.host, ranks, log, log_file)
 
     def send(self, number: int) -> None:
         """A signal; does nothing if the process has ended."""

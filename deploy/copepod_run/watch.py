@@ -9,10 +9,9 @@ from functools import partial
 
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
-from copepod_run.outcome import Exit, Failure, describe_exit, failure_of_event, judge, lost, reported_by_mpirun
+from copepod_run.outcome import Exit, Failure, failure_of_event, judge, lost, reported_by_mpirun
 from copepod_run.messages import say
 from copepod_run.progress import Event, EventReader, Progress
-from copepod_run.run_directory import shown
 from copepod_run.signals import SignalRecorder
 
 # How long to wait for further evidence once something has failed; with the three seconds that stopping may take,
@@ -22,7 +21,7 @@ _AFTER_EXIT_S = 1.5  # the coupler is about to report the step, or the component
 _AFTER_REPORT_S = 0.2  # a complete report: nothing more will come
 _AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still report which rank died, and how
 _FOR_MPIRUN_S = 1.0  # longer, if a rank has ended and mpirun had no time to report it: others use the processors
-_AFTER_FINISH_S = 10.0  # services end by themselves
+AFTER_FINISH_S = 10.0  # services end by themselves
 _AFTER_MPIRUN_REPORT_S = 0.7  # mpirun has reported how a rank ended, and now ends itself
 
 
@@ -152,7 +151,7 @@ class Watch:
             self._selector.unregister(descriptor)
             self._output_open = False
             if "coupler" not in self._alive:
-                self._decide_within(_AFTER_REPORT_S if not self._summary else _AFTER_FINISH_S)
+                self._decide_within(_AFTER_REPORT_S if not self._summary else AFTER_FINISH_S)
         for event in self._reader.feed(received):
             self._take(event)
 
@@ -186,17 +185,14 @@ class Watch:
         )
 
     def _note_exit(self, process: Process) -> None:
-        returncode = process.returncode
-        if returncode is None:
+        if process.returncode is None:
             return
         self._selector.unregister(process.descriptor)
         del self._alive[process.name]
-        output, log = process.tail(process.output), process.tail(process.log)
-        log_file = shown(process.log if log else process.output)
-        exit = describe_exit(process.name, returncode, output, process.host, self._ranks, log, log_file)
+        exit = process.exit(self._ranks)
         self._exits.append(exit)
         if self._summary and not exit.signal and not exit.code:
-            self._decide_within(_AFTER_FINISH_S)
+            self._decide_within(AFTER_FINISH_S)
         elif exit.signal and process.name == "coupler":
             self._decide_within(_AFTER_KILL_S)
         elif self._reported is not None:  # the report has set the deadline; its component's end needs no more
@@ -214,5 +210,5 @@ class Watch:
         if bad or self._reported is not None:  # such as one that froze while it ended
             return judge(self._reported, bad, self.last_step, self._host)
         late = next(iter(self._alive.values()))
-        reason = f"it did not end within {_AFTER_FINISH_S:.0f} s after the run had finished."
+        reason = f"it did not end within {AFTER_FINISH_S:.0f} s after the run had finished."
         return lost(late.name, late.host, "0", reason, self.last_step, is_after_step=True)

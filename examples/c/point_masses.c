@@ -62,6 +62,9 @@ static int begin(const copepod_request* request) {
   step_s = number("step_s", -1, "");
   body_count = request->bodies;
   actuator_count = request->actuators;
+  free(masses);  /* of a simulation that returns to an earlier state */
+  free(actuators);
+  next_step = 0;
   masses = calloc((size_t)body_count + 1, sizeof *masses);
   actuators = calloc((size_t)actuator_count + 1, sizeof *actuators);
   for (int64_t i = 0; i < body_count; ++i) {
@@ -131,8 +134,8 @@ static int restore_from(const char* path) {
 int main(int argc, char** argv) {
   copepod_request request;
   require(copepod_component_open(argc, argv, "body", "Point masses in C", "1.0",
-                                 "motion:free shape:sphere actuator:world_force checkpoint neglects:torques "
-                                 "neglects:periodic"));
+                                 "motion:free shape:sphere actuator:world_force checkpoint snapshots "
+                                 "neglects:torques neglects:periodic"));
   for (;;) {
     require(copepod_component_next(&request));
     switch (request.kind) {

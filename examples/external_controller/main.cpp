@@ -75,7 +75,7 @@ class Pilot final : public copepod::Controller {
 
 int main(int argc, char** argv) {
   copepod::ControllerComponent component;
-  component.capabilities = {"Triangle pilot in C++", "1.0", {"checkpoint"}};
+  component.capabilities = {"Triangle pilot in C++", "1.0", {"checkpoint", "snapshots"}};
   component.make_solver = [](const copepod::ControllerSetup& setup, copepod::SolverContext&) {
     return std::make_unique<Pilot>(setup);
   };

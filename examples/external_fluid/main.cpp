@@ -70,7 +70,7 @@ int main(int argc, char** argv) {
   const FluidComponent component{
       {"Uniform stream",
        "1.0",
-       {"solver:external", "shape:sphere", "checkpoint", "imposes:flow", "neglects:boundary",
+       {"solver:external", "shape:sphere", "checkpoint", "snapshots", "imposes:flow", "neglects:boundary",
         "neglects:symmetry_planes", "neglects:fields"}},
       [](const FluidSetup& setup, SolverContext&) { return std::make_unique<UniformStream>(setup); }};
   return run_fluid_component(argc, argv, component);

@@ -11,7 +11,7 @@ import protobuf from "protobufjs";
 import { Dealer } from "zeromq";
 
 const NEGLECTED = ["boundary", "symmetry_planes", "body_force", "fields"].map((name) => `neglects:${name}`);
-const FEATURES = ["checkpoint", "shape:sphere", "solver:external", ...NEGLECTED];
+const FEATURES = ["checkpoint", "snapshots", "shape:sphere", "solver:external", ...NEGLECTED];
 const CAPABILITIES = { name: "Stokes drag in JavaScript", version: "1.0", features: FEATURES };
 const MAJOR = 2, MINOR = 0, FLUID = 1;
 const FINISHED = 0, BAD_CASE = 2, REFUSED = 65, LOST = 69, FAILED = 70, STORAGE = 73, DEADLINE = 74;
@@ -117,8 +117,9 @@ function checkSetup(setup) {
 // ---- States: the messages that each allows, and the state once their work is done
 const ALLOWED = {
   greeted: { FluidSetup: "configured", Finish: "done" },
-  configured: { Restore: "ready", Kinematics: "ready", Summarise: "configured", Finish: "done" },
-  ready: { Kinematics: "ready", Save: "ready", Summarise: "ready", Finish: "done" },
+  configured: { FluidSetup: "configured", Restore: "ready", Kinematics: "ready", Summarise: "configured",
+    Finish: "done" },
+  ready: { FluidSetup: "configured", Kinematics: "ready", Save: "ready", Summarise: "ready", Finish: "done" },
 };
 const PHASES = { FluidSetup: "CONFIGURING", Save: "CHECKPOINTING", Restore: "CHECKPOINTING" }; // others: EXCHANGING
 

@@ -167,6 +167,7 @@ FEATURES = [
     "actuator:pair_force",
     "actuator:world_force",
     "checkpoint",
+    "snapshots",
     "neglects:torques",
     "neglects:periodic",
 ]

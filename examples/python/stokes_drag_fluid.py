@@ -51,6 +51,7 @@ FEATURES = [
     "solver:external",
     "shape:sphere",
     "checkpoint",
+    "snapshots",
     "neglects:boundary",
     "neglects:symmetry_planes",
     "neglects:fields",

@@ -46,4 +46,4 @@ class Pilot:
 
 
 if __name__ == "__main__":
-    sys.exit(run_controller_component(Pilot, Capabilities("Triangle pilot", "1.0", ["checkpoint"])))
+    sys.exit(run_controller_component(Pilot, Capabilities("Triangle pilot", "1.0", ["checkpoint", "snapshots"])))

@@ -164,6 +164,7 @@ void follow(Communicator& communicator, const RankSolverFactory& make_solver, st
   const auto construct = [&] {
     const std::string& folder = command.setup.trace_directory;
     if (!folder.empty()) recording::open_timeline(timeline, folder, "fluid", communicator.rank());
+    solver.reset();  // as on rank 0
     solver = make_solver(command.setup, communicator);
   };
   const auto advance_one_step = [&] {

@@ -94,6 +94,7 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
       if (!setup.trace_directory.empty())
         recording::open_timeline(context_.timeline(), setup.trace_directory, trace_name(setup), 0);
       bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
+      solver_.reset();  // one at a time fits into the memory
       solver_ = component_.make_solver(setup, context_);
       return encoder.encode(header, configured(setup));
     }

@@ -176,11 +176,13 @@ void Server::do_work(const Action& action) {
     throw Refused(refusal.reason);
   }
   const bool is_of_checkpoints = action.work == Work::write_state || action.work == Work::read_state;
-  if (is_of_checkpoints && !hello_.capabilities.features.contains("checkpoint")) {
-    throw Refused("A " + std::string(name_of(decoder_.kind())) +
-                  " was refused (this component does not announce checkpoint). Send none.");
-  }
   const Header request = decoder_.header();
+  const bool is_return = action.work == Work::make_solver && request.sequence > 1;
+  const std::string needed = is_of_checkpoints ? "checkpoint" : is_return ? "snapshots" : "";
+  if (!needed.empty() && !hello_.capabilities.features.contains(needed)) {
+    throw Refused("A " + std::string(name_of(decoder_.kind())) + " was refused (this component does not announce " +
+                  needed + "). Send none.");
+  }
   vitals_.received_sequence = request.sequence;
   enter(phase_of(action.work));
   vitals_.step = request.step;

@@ -148,6 +148,7 @@ const std::vector<Feature>& known_features() {
       {"integrator:semi_implicit_euler", method, "first order in the step"},
       {"integrator:runge_kutta_4", method, "fourth order in the step"},
       {"checkpoint", run, "saves its state and resumes from it"},
+      {"snapshots", run, "begins anew with another setup between two steps"},
       {"fields", run, "writes fields.h5 with its XDMF files"},
       {"fields:selection", run, "writes chosen quantities and regions, compressed if requested"},
       {"flow_samples", run, "returns totals of the flow, and velocity and pressure at probes"},

@@ -54,6 +54,8 @@ inline constexpr Roles any_role = only(Role::fluid) | only(Role::body) | only(Ro
 inline constexpr States while_running = in(State::connected) | in(State::greeted) | in(State::configured) |
                                         in(State::ready) | in(State::stepping) | in(State::checkpointing);
 
+inline constexpr States before_a_step = in(State::greeted) | in(State::configured) | in(State::ready);
+
 /// A message, or an event inside the component.
 struct Trigger {
   MessageKind message = MessageKind::none;
@@ -90,9 +92,9 @@ constexpr Transition stay(Roles roles, States from, Trigger trigger, Work work, 
 inline constexpr std::array kTransitions = {
   row (any_role,          in(State::connected),                        MessageKind::welcome,            State::greeted,       Work::accept_welcome,  MessageKind::none),
   row (any_role,          in(State::connected),                        MessageKind::refusal,            State::failed,        Work::end_process,     MessageKind::none),
-  row (only(Role::fluid), in(State::greeted),                          MessageKind::fluid_setup,        State::configured,    Work::make_solver,     MessageKind::configured),
-  row (only(Role::body),  in(State::greeted),                          MessageKind::body_setup,         State::configured,    Work::make_solver,     MessageKind::configured),
-  row (only(Role::controller), in(State::greeted),                     MessageKind::controller_setup,   State::configured,    Work::make_solver,     MessageKind::configured),
+  row (only(Role::fluid), before_a_step,                               MessageKind::fluid_setup,        State::configured,    Work::make_solver,     MessageKind::configured),
+  row (only(Role::body),  before_a_step,                               MessageKind::body_setup,         State::configured,    Work::make_solver,     MessageKind::configured),
+  row (only(Role::controller), before_a_step,                          MessageKind::controller_setup,   State::configured,    Work::make_solver,     MessageKind::configured),
   row (any_role,          in(State::configured),                       MessageKind::restore,            State::checkpointing, Work::read_state,      MessageKind::restored),
   row (only(Role::fluid), in(State::configured) | in(State::ready),    MessageKind::kinematics,         State::stepping,      Work::compute_loads,   MessageKind::loads),
   stay(only(Role::body),  in(State::configured) | in(State::ready),    MessageKind::kinematics_request,                       Work::send_kinematics, MessageKind::kinematics),
@@ -100,9 +102,9 @@ inline constexpr std::array kTransitions = {
   row (only(Role::controller), in(State::configured) | in(State::ready), MessageKind::observation,      State::stepping,      Work::decide,          MessageKind::action),
   row (any_role,          in(State::ready),                            MessageKind::save,               State::checkpointing, Work::write_state,     MessageKind::saved),
   row (any_role,          in(State::stepping) | in(State::checkpointing), LocalEvent::work_done,        State::ready,         Work::none,            MessageKind::none),
-  stay(any_role,          in(State::greeted) | in(State::configured) | in(State::ready), LocalEvent::work_done,               Work::none,            MessageKind::none),
+  stay(any_role,          before_a_step,                               LocalEvent::work_done,                                 Work::none,            MessageKind::none),
   stay(any_role,          in(State::configured) | in(State::ready),    MessageKind::summarise,                                Work::send_summary,    MessageKind::summary),
-  row (any_role,          in(State::greeted) | in(State::configured) | in(State::ready), MessageKind::finish, State::done,    Work::confirm_end,     MessageKind::finished),
+  row (any_role,          before_a_step,                               MessageKind::finish,             State::done,          Work::confirm_end,     MessageKind::finished),
   row (any_role,          while_running,                               LocalEvent::work_failed,         State::failed,        Work::report_failure,  MessageKind::failure),
   row (any_role,          while_running,                               LocalEvent::coupler_lost,        State::orphaned,      Work::end_process,     MessageKind::none),
 };

@@ -1,10 +1,16 @@
-"""A run inside this process, advanced step by step and steered; on top of the C functions of in_process/copepod.h."""
+"""A run whose coupler is in this process, advanced step by step and steered; on top of in_process/copepod.h."""
 
 import ctypes
 import functools
 import json
+import os
+import select
+import signal
+import subprocess
+import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -15,7 +21,7 @@ import numpy
 from copepod.errors import CaseError, CaseWarning, Error, RunError
 from copepod.running import AnyCase, Settings, assignments, case_file
 from copepod_run import build
-from copepod_run.checkout import program
+from copepod_run.checkout import COMMAND, program
 from copepod_run.errors import ExitCode
 
 _SLICE_S = 0.05  # of a long step: Python takes signals between two calls
@@ -109,8 +115,49 @@ class Snapshot:
         _library().copepod_drop(self._handle, self._number)
 
 
+class _Services:
+    """Those of a simulation: started, watched and ended by a process beside this one, which ends with this one."""
+
+    def __init__(self, **order: Any) -> None:
+        """`order`: see `_services` of the command."""
+        command = [str(COMMAND), "python", "-P", "-m", "copepod_command.run", json.dumps(order)]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, start_new_session=True, bufsize=0)
+
+    @contextmanager
+    def settings(self) -> Iterator[list[str]]:
+        """Context for opening a simulation; services that fail (CaseError, RunError), and a signal, end that."""
+        answers: Any = self._process.stdout
+        settings = self._read(answers.readline())["settings"]
+        signals = os.open(f"/proc/self/fd/{answers.fileno()}", os.O_WRONLY | os.O_NONBLOCK)  # of the same pipe
+        is_main = threading.current_thread() is threading.main_thread()  # which alone receives them
+        former = signal.set_wakeup_fd(signals, warn_on_full_buffer=False) if is_main else -1
+        try:
+            yield [*settings, f"--stop={answers.fileno()}"]
+        except RunError:
+            if select.select([answers], [], [], 0)[0]:
+                _, brace, problem = answers.read(1 << 16).partition(b"{")  # behind the numbers of signals
+                self._read(brace + problem or b"{}")
+            raise
+        finally:
+            if is_main:
+                signal.set_wakeup_fd(former)
+            os.close(signals)
+
+    def _read(self, answer: bytes) -> dict[str, Any]:
+        words = json.loads(answer or b'{"problem": "the services cannot be started (see above).", "code": 1}')
+        if "problem" in words:
+            raise (CaseError if words["code"] == ExitCode.BAD_CASE else RunError)(words["problem"], words["code"])
+        return dict(words)
+
+    def close(self, are_finished: bool) -> None:
+        """Ends them; those that the simulation has finished end by themselves."""
+        with suppress(BrokenPipeError):
+            self._process.communicate(b"." if are_finished else b"")
+
+
 class Simulation:
-    """A case that this process advances, with all ranks of the fluid as threads.
+    """A case that this process advances, with all ranks of the fluid as threads, or with services.
 
         with copepod.Simulation("swimmer.yaml") as sim:
             start = sim.snapshot()
@@ -124,39 +171,61 @@ class Simulation:
     """
 
     _handle = ctypes.c_int64()  # 0: not open
+    _services: _Services | None = None
 
     def __init__(
-        self, case: AnyCase, directory: str | Path | None = None, *, set: Settings = (), ranks: int | None = None
+        self,
+        case: AnyCase,
+        directory: str | Path | None = None,
+        *,
+        set: Settings = (),
+        ranks: int | None = None,
+        services: bool = False,
     ) -> None:
         """
         @param case       a Case, a dictionary or the path of a case file
         @param directory  new run directory, which `close` completes; None: no results are kept
         @param set        other values of some keys: {"run.steps": 1000} or ["run.steps=1000"]
-        @param ranks      threads of the fluid
-        @throws CaseError for a bad case
+        @param ranks      threads of the fluid; with services, its MPI ranks
+        @param services   whether fluid, bodies and controllers are processes, as in `run`
+        @throws CaseError for a bad case, RunError if a service cannot take part
         """
         with case_file(case) as file:
-            place = None if directory is None else str(directory).encode()
-            self._begin("copepod_open", _words(set, ranks), file.shown, str(file.path), place)
+            order = {"case": str(file.path), "directory": directory and str(directory), "resumes": False}
+            self._begin(file.shown, services, ranks=ranks, set=_words(set, ranks), **order)
 
     @classmethod
-    def resume(cls, directory: str | Path, *, set: Settings = (), ranks: int | None = None) -> "Simulation":
-        """Continues what is in a run directory, left by a simulation or by `run`, from its newest checkpoint. What was
-        steered stays so.
+    def resume(
+        cls, directory: str | Path, *, set: Settings = (), ranks: int | None = None, services: bool = False
+    ) -> "Simulation":
+        """Continues what is in a run directory, left by a simulation or by `run`, from its newest checkpoint, with or
+        without services whatever it had. What was steered stays so.
 
         @throws RunError if the directory has no complete checkpoint
         """
         simulation = cls.__new__(cls)
-        simulation._begin("copepod_resume", _words(set, ranks), str, str(directory))
+        order = {"case": f"{directory}/case.yaml", "directory": str(directory), "resumes": True}
+        simulation._begin(str, services, ranks=ranks, set=_words(set, ranks), **order)
         return simulation
 
-    def _begin(self, name: str, words: list[str], shown: Callable[[str], str], path: str, *more: bytes | None) -> None:
+    def _begin(self, shown: Callable[[str], str], services: bool, **order: Any) -> None:
+        """`order`: case, set, ranks, directory, resumes."""
         self._handle = ctypes.c_int64()
-        settings = (ctypes.c_char_p * (len(words) + 1))(*[word.encode() for word in words], None)
+        case, directory = order["case"].encode(), order["directory"] and order["directory"].encode()
         try:
-            _call(name, path.encode(), settings, *more, ctypes.byref(self._handle))
-        except CaseError as error:
-            raise CaseError(shown(str(error)), error.code) from None
+            self._services = _Services(**order) if services else None
+            with self._services.settings() if self._services else nullcontext(list[str]()) as connection:
+                words = [word.encode() for word in (*order["set"], *connection)]
+                settings = (ctypes.c_char_p * (len(words) + 1))(*words, None)
+                if order["resumes"]:
+                    _call("copepod_resume", directory, settings, ctypes.byref(self._handle))
+                else:
+                    _call("copepod_open", case, settings, directory, ctypes.byref(self._handle))
+        except BaseException as error:
+            self.close()
+            if isinstance(error, CaseError):
+                raise CaseError(shown(str(error)), error.code) from None
+            raise
         text = ctypes.c_char_p()
         _call("copepod_describe", self._handle, ctypes.byref(text))
         description = json.loads(text.value or b"")
@@ -233,10 +302,15 @@ class Simulation:
         _call("copepod_write_checkpoint", self._handle)
 
     def close(self) -> None:
-        """Completes the run directory, and frees everything; a second time nothing."""
-        if self._handle.value:
-            handle, self._handle = self._handle, ctypes.c_int64()
-            _call("copepod_close", handle)
+        """Completes the run directory, ends the services, and frees everything; a second time nothing."""
+        handle, self._handle = self._handle, ctypes.c_int64()
+        services, self._services = self._services, None
+        try:
+            if handle.value:
+                _call("copepod_close", handle)
+        finally:
+            if services:
+                services.close(are_finished=bool(handle.value))
 
     def __enter__(self) -> "Simulation":
         return self

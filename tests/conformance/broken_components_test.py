@@ -61,6 +61,11 @@ BROKEN = {
         ["checkpoints"],
         {"a restored run equals the undisturbed one": "after Restore, but"},
     ),
+    "starts_where_it_was": (
+        "body",
+        ["checkpoints"],
+        {"a run that returns equals the undisturbed one": "a reply to step 0 that differs"},
+    ),
     "survives_its_coupler": (
         "fluid",
         ["ends"],

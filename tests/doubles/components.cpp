@@ -9,8 +9,8 @@ namespace copepod::doubles {
 FluidComponent constant_drag_component() {
   return {{"constant drag",
            "1.0",
-           {"solver:external", "shape:sphere", "checkpoint", "neglects:boundary", "neglects:symmetry_planes",
-            "neglects:fields"}},
+           {"solver:external", "shape:sphere", "checkpoint", "snapshots", "neglects:boundary",
+            "neglects:symmetry_planes", "neglects:fields"}},
           [](const FluidSetup& setup, SolverContext&) { return std::make_unique<ConstantDragFluid>(setup); }};
 }
 

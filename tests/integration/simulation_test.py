@@ -4,6 +4,7 @@ import ctypes
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,7 @@ sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/learning")]
 import copepod  # noqa: E402
 import steer_triangle  # noqa: E402
 import three_spheres  # noqa: E402
+from copepod_run.processes import family_of  # noqa: E402
 
 STROKE = ROOT / "configs/examples/prescribed_stroke.yaml"
 TABLE = {"kind": "table", "times_steps": [0, 100], "values": [0.0, -4.0e-6]}
@@ -260,6 +262,260 @@ class SimulationTest(unittest.TestCase):
 
     def test_the_state_has_the_layout_of_the_header(self):
         self.assertEqual(ctypes.sizeof(copepod.simulation._State), 10 * 8)
+
+
+SHORT = {
+    "run.steps": 120,
+    "output.fields.mean_over_steps": [20, 100],
+    "output.fields.mean_every_steps": 10,
+}
+MASSES = """import sys
+sys.path.insert(0, sys.argv.pop(1))
+from point_masses import PointMasses, FEATURES, Capabilities, run_body_component
+class Masses(PointMasses):
+    alive = 0
+    def __init__(self, setup, context):
+        assert Masses.alive == 0, "there are two"
+        Masses.alive += 1
+        super().__init__(setup, context)
+    def __del__(self):
+        Masses.alive -= 1
+lacks = sys.argv.pop(1)
+sys.exit(run_body_component(Masses, Capabilities("Masses", "1.0", [name for name in FEATURES if name != lacks])))
+"""
+
+
+def services():
+    """Process ids of all services that this process has had started, by the name in their log's."""
+    found = {}
+    for pid in family_of(os.getpid()):
+        words = Path("/proc", str(pid), "cmdline").read_text().split("\0")
+        if "--log-file" in words and "mpirun" not in words[0]:
+            found[Path(words[words.index("--log-file") + 1]).stem] = pid
+    return found
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return server.getsockname()[1]
+
+
+class ServicesTest(unittest.TestCase):
+    """Simulations whose fluid, bodies and controllers are processes."""
+
+    def setUp(self):
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.enterContext(warnings.catch_warnings(action="ignore"))
+        self.addCleanup(lambda: self.assertEqual(services(), {}))
+
+    def opened(self, case=STROKE, directory=None, **settings):
+        simulation = copepod.Simulation(case, directory, services=True, **settings)
+        self.addCleanup(simulation.close)
+        return simulation
+
+    def masses(self, lacking):
+        """Command of a body component without that feature; it has one solver at a time."""
+        (self.folder / "masses.py").write_text(MASSES)
+        return [sys.executable, str(self.folder / "masses.py"), str(ROOT / "examples/python"), lacking]
+
+    def test_the_bits_are_those_in_this_process(self):
+        """On one rank, and on two over the network with keys; after a return to the middle, and to the start."""
+        case = ROOT / "configs/quick/three_sphere.yaml"
+        network = {"services.transport": f"tcp://127.0.0.1:{free_port()}"}
+        ways = ({}, {"services": True, "ranks": 1}, {"services": True, "ranks": 2, "set": SHORT | network})
+        runs = []
+        for number, way in enumerate(ways):
+            directory = self.folder / str(number)
+            with copepod.Simulation(case, directory, **{"set": SHORT} | way) as sim:
+                start = sim.snapshot()
+                sim.step(40)
+                middle = sim.snapshot()
+                self.assertEqual(len(list(directory.glob("copepod-simulation-*"))), 2 if number == 2 else 0)
+                sim.step(25)
+                sim.restore(middle)
+                sim.step(20)
+                sim.restore(start)
+                sim.step(120)
+                del start, middle
+            self.assertEqual(list(directory.glob("copepod-simulation-*")), [])
+            runs.append(copepod.load(directory))
+        self.assertEqual({run.status for run in runs}, {"finished"})
+        self.assertEqual(len({run.summary["digest"] for run in runs}), 1)
+        self.assertEqual([run.summary["ranks"] for run in runs], [2, 1, 2])
+        for run in runs[1:]:
+            self.assertTrue(run.trajectory.equals(runs[0].trajectory))
+            self.assertTrue((self.folder / "1/logs/body.log").exists())
+
+    def test_components_in_python_and_a_controller_return_too(self):
+        pilot = [sys.executable, f"{ROOT}/examples/python/triangle_pilot.py"]
+        settings = {"run.steps": 120, "controllers.0.every_steps": 20, "controllers.0.command": pilot}
+        settings["services.fluid.command"] = [sys.executable, f"{ROOT}/examples/python/stokes_drag_fluid.py"]
+        settings["services.body.command"] = self.masses(lacking="nothing")
+        ends_m = []
+        for returns in (False, True):
+            with self.opened(ROOT / "configs/examples/steered_triangle.yaml", set=settings) as sim:
+                self.assertEqual(set(services()), {"fluid", "body", "pilot"})
+                start = sim.snapshot()
+                sim.step(50)
+                if returns:
+                    middle = sim.snapshot()
+                    sim.restore(start)
+                    sim.step(30)
+                    sim.restore(middle)
+                sim.step(70)
+                ends_m.append(sim.bodies.position_m)
+        numpy.testing.assert_array_equal(*ends_m)
+        self.assertGreater(numpy.ptp(ends_m[0], axis=0).max(), 0.0)
+
+    def test_a_component_without_snapshots_is_named_and_steps_on(self):
+        command = self.masses(lacking="snapshots")
+        case = ROOT / "configs/quick/three_sphere.yaml"
+        sim = self.opened(case, self.folder / "run", set=SHORT | {"services.body.command": command})
+        for steps in (0, 5):
+            sim.step(steps)
+            with self.assertRaisesRegex(copepod.CaseError, "body component Masses .*«snapshots».*adding_a_component"):
+                sim.snapshot()
+        sim.step(5)
+        sim.write_checkpoint()
+        sim.close()
+        self.assertEqual(copepod.load(self.folder / "run").summary["steps"], 10)
+
+    def test_a_pause_is_no_silence_and_who_dies_in_it_is_named(self):
+        """Components that would take the coupler for lost after a second; then others resume the checkpoint."""
+        impatient = [str(PROGRAMS / "body_service"), "--orphan-after", "1"]
+        settings = {"services.transport": "ipc", "services.body.command": impatient}
+        with copepod.Simulation(STROKE, self.folder / "whole") as whole:
+            whole.step(40)
+        sim = self.opened(STROKE, self.folder / "run", set=settings)
+        sim.step(10)
+        time.sleep(2.5)
+        sim.step(10)
+        sim.write_checkpoint()
+        before = sim.snapshot()
+        os.kill(services()["body"], signal.SIGKILL)
+        time.sleep(1.0)
+        for call in (sim.step, lambda: sim.restore(before)):
+            with self.assertRaisesRegex(copepod.RunError, "The body component on host .* is gone") as raised:
+                call()
+            self.assertEqual(raised.exception.code, 69)
+        with self.assertRaisesRegex(copepod.Error, "has failed"):
+            sim.snapshot()
+        sim.close()
+        self.assertEqual(services(), {})
+        with copepod.Simulation.resume(self.folder / "run", services=True) as resumed:
+            self.assertEqual(resumed.steps, 20)
+            resumed.step(20)
+        digests = [copepod.load(self.folder / name).summary["digest"] for name in ("run", "whole")]
+        self.assertEqual(*digests)
+
+    def test_a_failure_of_the_coupler_leaves_services_to_return_to(self):
+        """One that is frozen, too, is named, and ended."""
+        with self.opened() as sim:
+            sim.step(10)
+            before = sim.snapshot()
+            sim.actuators[0] = 1.0
+            with self.assertRaisesRegex(copepod.RunError, "at step 10: .*moved by"):
+                sim.step(100)
+            sim.restore(before)
+            sim.step(5)
+            self.assertEqual(sim.steps, 15)
+            os.kill(services()["fluid"], signal.SIGSTOP)
+            with self.assertRaisesRegex(copepod.RunError, "at step 15: The fluid component on host .* is frozen"):
+                sim.step()
+        self.assertEqual(services(), {})
+
+    def test_services_that_do_not_come_are_named_and_none_remains(self):
+        answers = f"case $1 in --cap*) exec {PROGRAMS}/body_service --capabilities;; esac; "
+
+        def body(script, **more):
+            return {"services.transport": "ipc", "services.body.command": ["sh", "-c", answers + script, "sh"], **more}
+
+        for settings, kind, message in (
+            (body("echo error: no licence; exit 3"), copepod.RunError, "body service .* code 3; .*«no licence».$"),
+            (
+                body("exec sleep 60", **{"services.connect_deadline_s": 1}),
+                copepod.RunError,
+                "body .* not connect within 1",
+            ),
+            (
+                {"services.transport": "ipc", "services.fluid.command": ["/no"]},
+                copepod.CaseError,
+                "/no cannot be started",
+            ),
+            ({"run.steps": -1}, copepod.CaseError, "run.steps"),
+            ({"sweep": {"parameters": {"run.steps": [1, 2]}}}, copepod.CaseError, "is a sweep"),
+            ({"output.wire": True, "services.transport": "ipc"}, copepod.CaseError, "output.wire"),
+        ):
+            start_s = time.monotonic()
+            with self.subTest(message), self.assertRaisesRegex(kind, message):
+                self.opened(set=settings)
+            self.assertLess(time.monotonic() - start_s, 20)  # 1 s, but for the load of this machine
+            self.assertEqual(services(), {})
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
+        self.addCleanup(signal.signal, signal.SIGINT, before)
+
+        def interrupt():
+            while "fluid" not in services():
+                time.sleep(0.05)
+            os.kill(os.getpid(), signal.SIGINT)
+
+        thread = threading.Thread(target=interrupt)
+        thread.start()
+        start_s = time.monotonic()
+        with self.assertRaises(KeyboardInterrupt):
+            self.opened(set=body("exec sleep 60"))
+        self.assertLess(time.monotonic() - start_s, 20)
+        thread.join()
+        self.assertEqual(signal.set_wakeup_fd(-1), -1)
+
+    def test_a_directory_that_is_not_free_is_refused_untouched(self):
+        with self.opened(directory=self.folder / "run") as sim:
+            sim.step(2)
+            sim.write_checkpoint()
+            logs = {path: path.read_text() for path in (self.folder / "run/logs").iterdir()}
+            with self.assertRaisesRegex(copepod.CaseError, "in use"):
+                copepod.Simulation.resume(self.folder / "run", services=True)
+            self.assertEqual({path: path.read_text() for path in (self.folder / "run/logs").iterdir()}, logs)
+            sim.step()
+        logs = {path: path.read_text() for path in (self.folder / "run/logs").iterdir()}
+        with self.assertRaisesRegex(copepod.CaseError, "holds a run already"):
+            self.opened(directory=self.folder / "run")
+        self.assertEqual({path: path.read_text() for path in (self.folder / "run/logs").iterdir()}, logs)
+        with self.assertRaisesRegex(copepod.CaseError, "nowhere/case.yaml"):
+            copepod.Simulation.resume(self.folder / "nowhere", services=True)
+
+    def test_services_that_the_caller_starts(self):
+        """As a program in C does: it gives the settings where they connect."""
+        endpoint, session = f"ipc://{self.folder}/coupler.ipc", "0123456789"
+        connection = ["--endpoint", endpoint, "--session", session]
+        own = []
+        for role in ("fluid", "body"):
+            command = [PROGRAMS / f"{role}_service", *connection, "--log-file", self.folder / f"{role}.log"]
+            own.append(subprocess.Popen(command))
+        with copepod.Simulation(STROKE, set=[f"--endpoint={endpoint}", f"--session={session}"]) as sim:
+            start = sim.snapshot()
+            sim.step(20)
+            sim.restore(start)
+            sim.step(30)
+            position_m = sim.bodies.position_m
+        self.assertEqual([process.wait(10) for process in own], [0, 0])
+        with copepod.Simulation(STROKE) as sim:
+            sim.step(30)
+            numpy.testing.assert_array_equal(sim.bodies.position_m, position_m)
+        soon = "services.connect_deadline_s=0.2"
+        for words, code, message in (
+            ([f"--endpoint={endpoint}"], 64, "--endpoint or --session is missing"),
+            (["--session=1"], 64, "--endpoint or --session is missing"),
+            (["--endpoint=nonsense", "--session=1"], 2, "nonsense"),
+            ([f"--endpoint=tcp://0.0.0.0:{free_port()}", "--session=1"], 2, "needs keys"),
+            ([f"--endpoint=tcp://127.0.0.1:{free_port()}", "--session=1", "--keys=/no.key"], 2, "/no.key"),
+            ([f"--endpoint={endpoint}", "--session=1", soon], 74, "fluid and body component did not connect"),
+            (["--endpoints=ipc:///a", "--session=1"], 64, "is missing"),
+            (["--key=1"], 2, "--key"),
+        ):
+            with self.subTest(words), self.assertRaisesRegex(copepod.Error, message) as raised:
+                copepod.Simulation(STROKE, set=words)
+            self.assertEqual(raised.exception.code, code)
 
 
 MISUSE = r"""

@@ -56,7 +56,7 @@ TEST(Address, StrangerWithAnotherTokenEndsWith65AndTheRunGoesOnWithoutIt) {
   const std::string endpoint = "ipc://" + folder.path("coupler.ipc");
   std::atomic<int> stop{0};
   LinkSettings settings = at(endpoint, "another secret");
-  settings.stop_signal = &stop;
+  settings.stop_signal = [&] { return stop.load(); };
   Link link(settings);
   ChildProcess stranger(fake_fluid_command(endpoint, {}));
   auto code = stop_after(stranger, stop);

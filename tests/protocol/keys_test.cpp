@@ -62,7 +62,7 @@ TEST_P(WrongKeys, AreTurnedAway) {
   const bool has_key = std::string(GetParam()).ends_with("AnotherRun");
   std::atomic<int> stop{0};
   LinkSettings settings = with(keys);
-  settings.stop_signal = &stop;
+  settings.stop_signal = [&] { return stop.load(); };
   CoupledRun run(has_key ? others.option_of("fluid") : std::vector<std::string>{}, keys.option_of("body"), settings,
                  tcp_endpoint(), in_other_language ? in_python() : Programs{});
   auto code = stop_after(*run.fluid_process, stop);

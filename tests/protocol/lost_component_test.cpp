@@ -163,7 +163,7 @@ TEST(LostComponent, MissingComponentIsNamedWhenTheDeadlineIsOver) {
 TEST(LostComponent, StopSignalEndsAWait) {
   std::atomic<int> stop{0};
   LinkSettings settings;
-  settings.stop_signal = &stop;
+  settings.stop_signal = [&] { return stop.load(); };
   const HaltedFluid halted(2);
   CoupledRun run(halted.options(), {}, settings);
   run.begin();

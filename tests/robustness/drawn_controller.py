@@ -23,4 +23,4 @@ class Controller:
 
 
 if __name__ == "__main__":
-    sys.exit(run_controller_component(Controller, Capabilities("Drawn controller", "1.0", ["checkpoint"])))
+    sys.exit(run_controller_component(Controller, Capabilities("Drawn controller", "1.0", ["checkpoint", "snapshots"])))

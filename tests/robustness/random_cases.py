@@ -1,17 +1,18 @@
 #!/usr/bin/python3
 """Runs of cases drawn at random must not depend on ranks, transport, threads, or on stopping and resuming.
 
-    tests/robustness/random_cases.py                             300 cases, each in eight ways
+    tests/robustness/random_cases.py                             300 cases, each in nine ways
     tests/robustness/random_cases.py --ways local                in six of them, all in one process: three times as fast
     tests/robustness/random_cases.py --seed 36 --count 20 --ways some   as the test suite does
     tests/robustness/random_cases.py --shapes                    with bodies of all shapes and obstacles
-    tests/robustness/random_cases.py --controllers               with controllers: services, in four ways
+    tests/robustness/random_cases.py --controllers               with controllers: services, in five ways
     tests/robustness/random_cases.py --write FILE                one run per case; its seed and digest, to compare with
     tests/robustness/random_cases.py --against FILE              one run per case of the file, by another build
 
 The seed decides the case (drawn_case.py) and its ways. A run in one process on one rank is compared with runs on other
 ranks, of services over ipc and tcp, with one that continues from a checkpoint of the first with other ranks and another
-transport, as after a loss, and with a simulation that is stepped, steered and returns to a snapshot: digest, drifts,
+transport, as after a loss, and with simulations, with services and without, that are stepped and return to a snapshot
+after they were steered: digest, drifts,
 speeds of swimmers and groups, trajectory, loads on obstacles and cycles byte by byte. A run that fails must fail in the
 same way, after the same trajectory. One line per case; cases that differ are kept in the folder of --keep.
 """
@@ -88,6 +89,7 @@ def ways(seed, which):
     local = [Way("in_process", ranks, any_threads()) for ranks in (2, 3, 4)]
     local.append(Way("stepped", any_ranks(), any_threads()))
     remote = [Way(transport, any_ranks(), any_threads()) for transport in ("ipc", "tcp")]
+    remote.append(Way("stepped services", any_ranks(), any_threads()))
     resumed = Way("in_process" if which == "local" else resumed_by, choose.randint(2, 4), any_threads(), resumes=True)
     if which == "services":
         return [*remote, replace(resumed, transport="ipc")]
@@ -116,8 +118,8 @@ def run(case, folder, way):
     """Outcome of a run in `folder`, which does not exist yet, or holds what a resumed run continues."""
     settings = ["--set", f"services.fluid.ranks={way.ranks}", "--set", f"services.body.threads={way.threads}"]
     resume = ["--resume"] if way.resumes else []
-    if way.transport == "stepped":
-        words = settings[1::2]
+    if way.transport.startswith("stepped"):
+        words = [*settings[1::2], *way.transport.split()[1:]]
         return _outcome(folder, _call([STEPPED, case, folder, way.ranks, *words], folder.parent))
     if way.transport == "in_process":
         command = [PROGRAMS / "in_process_run", "--run", case, "--endpoint", "none", "--session", "none"]
@@ -187,7 +189,7 @@ def differences(base, other, way):
     if base.code not in (0, 70):
         return [f"exit code {base.code} ({base.reason})"]
     found = ["digest"] if base.digest != other.digest else []
-    is_later = way.transport == "stepped" and base.code == 70 and int(other.step or 0) > int(base.step or 0)
+    is_later = way.transport.startswith("stepped") and base.code == 70 and int(other.step or 0) > int(base.step or 0)
     if is_later and base.reason.startswith("the flow diverged"):
         return []
     if base.step != other.step or _without_numbers(base.reason) != _without_numbers(other.reason):

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """A run through `import copepod` that goes a few steps, keeps a snapshot, goes astray, and returns to it.
 
-    stepped_run.py CASE DIRECTORY SEED KEY=VALUE…
+    stepped_run.py CASE DIRECTORY SEED KEY=VALUE… [services]
+
+A solver that fails ends its service, and no snapshot leads back: with services it is not steered into that.
 """
 
 import random
@@ -16,15 +18,17 @@ import copepod  # noqa: E402
 
 def main():
     case, directory, seed, *settings = sys.argv[1:]
+    services = settings[-1] == "services"
+    settings = settings[:-1] if services else settings
     choose = random.Random(int(seed))
     steps = copepod.Case.load(case)["run.steps"]
-    with copepod.Simulation(case, directory, set=settings) as sim:
+    with copepod.Simulation(case, directory, set=settings, services=services) as sim:
         try:
             sim.step(choose.choice([0, choose.randrange(steps), choose.randrange(steps)]))
             middle = sim.snapshot()
             try:
                 sim.step(choose.randint(1, 20))
-                for actuator in range(len(sim.actuators)):
+                for actuator in range(0 if services else len(sim.actuators)):
                     sim.actuators.move(actuator, 0.0, choose.randint(0, 3))
                 sim.step(choose.randint(1, 20))
             except copepod.RunError:

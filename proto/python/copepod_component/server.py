@@ -110,8 +110,9 @@ class Server:
             self._session.session_id, self._session.epoch = request.welcome.session_id, request.welcome.epoch
             self._context.phase = control.PHASE_WAITING
             return
-        if name in ("Save", "Restore") and "checkpoint" not in self._features:
-            raise Refused(f"A {name} was refused (this component does not announce checkpoint). Send none.")
+        needed = "checkpoint" if name in ("Save", "Restore") else "snapshots" if name.endswith("Setup") else ""
+        if needed and request.sequence > 1 and needed not in self._features:
+            raise Refused(f"A {name} was refused (this component does not announce {needed}). Send none.")
         self._context.step, self._context.received_sequence = request.step, request.sequence
         self._context.phase = PHASES.get(name, control.PHASE_EXCHANGING)
         reply = self._envelope(sequence=request.sequence, step=request.step)

@@ -156,6 +156,7 @@ class _Served:
         elif name in ("FluidSetup", "BodySetup", "ControllerSetup"):
             check_setup(body)
             self._bodies = len(body.bodies)
+            self.solver = None  # one at a time fits into the memory
             self.solver = self._make_solver(body, self._context)
             reply.configured.SetInParent()
             self._configured(body, reply.configured)

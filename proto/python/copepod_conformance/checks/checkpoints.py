@@ -8,6 +8,7 @@ from copepod_conformance.verdicts import Check, Rule, Violation
 
 _SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
 _RESTORE = Rule("Checkpoints", "after Restore the component continues with the same bits as an undisturbed run")
+_RETURN = Rule("Checkpoints", "another setup between two steps begins anew, at step 0 or before a Restore")
 _UNWRITABLE = Rule(
     "Checkpoints", "a path that cannot be written: Saved with a problem, and the component remains usable"
 )
@@ -18,9 +19,12 @@ def _configure_for_restore(trial):
     """The setup of a resumed run names the step that it starts at."""
     trial.require("checkpoint")
     trial.reach("greeted")
+    _set_up(trial, SAVED_STEP)
+
+
+def _set_up(trial, step):
     setup = trial.case.setup_request()
-    setup.step = SAVED_STEP
-    trial.next_step = SAVED_STEP
+    setup.step = trial.next_step = step
     trial.request(setup)
 
 
@@ -49,6 +53,18 @@ def _restored(trial):
     trial.request(trial.make("Restore", path))
     if (found := digest_of(trial)) != digest:
         raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
+    trial.subject.reference().compare_end(trial)
+
+
+def _returned(trial):
+    """To a state of the middle, then to the start."""
+    trial.require("checkpoint", "snapshots")
+    path, _ = trial.subject.checkpoint()
+    trial.configure(steps=SAVED_STEP + 1)
+    _set_up(trial, SAVED_STEP)
+    trial.request(trial.make("Restore", path))
+    trial.subject.reference().compare_end(trial)
+    _set_up(trial, 0)
     trial.subject.reference().compare_end(trial)
 
 
@@ -91,6 +107,7 @@ def checks(subject):
         Check("checkpoints", "a run continues after Save as without it", _SAVE, _save_changes_nothing),
         Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
         Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
+        Check("checkpoints", "a run that returns equals the undisturbed one", _RETURN, _returned),
         Check("checkpoints", "Save to a folder that does not exist", _UNWRITABLE, _unwritable),
         *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
     ]

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "components.hpp"
+#include "constant_drag_fluid.hpp"
 #include "conversion/packed_arrays.hpp"
 #include "memory_server.hpp"
 
@@ -135,6 +136,40 @@ TEST(Server, IllegalMessageIsAnsweredWithAFailureThatNamesTheState) {
   EXPECT_EQ(server.ask(MessageKind::summarise), MessageKind::failure);
   EXPECT_EQ(server.failure().code, ExitCode::refused);
   EXPECT_NE(server.failure().reason.find("in state 'greeted' allows FluidSetup, Finish"), std::string::npos);
+  EXPECT_EQ(server.join(), ExitCode::refused);
+}
+
+TEST(Server, AnotherSetupBeginsAnewWithOneSolverAtATime) {
+  int solvers = 0;
+  struct Counted final : doubles::ConstantDragFluid {
+    Counted(const FluidSetup& setup, int& count) : ConstantDragFluid(setup), solvers(++count) {}
+    ~Counted() override { --solvers; }
+    int& solvers;
+  };
+  FluidComponent component = doubles::constant_drag_component();
+  component.make_solver = [&](const FluidSetup& setup, SolverContext&) {
+    EXPECT_EQ(solvers, 0);
+    return std::make_unique<Counted>(setup, solvers);
+  };
+  MemoryServer server(component);
+  server.configure(one_sphere_in_water());
+  EXPECT_EQ(server.ask(moving_at(0)), MessageKind::loads);
+  EXPECT_EQ(server.ask(one_sphere_in_water()), MessageKind::configured);
+  EXPECT_EQ(server.ask(moving_at(0)), MessageKind::loads);
+  EXPECT_EQ(server.ask(MessageKind::summarise), MessageKind::summary);
+  SolverSummary summary;
+  server.decoder.read(summary);
+  EXPECT_EQ(summary.cell_updates, 1U);
+  EXPECT_EQ(server.ask(MessageKind::finish), MessageKind::finished);
+  EXPECT_EQ(server.join(), ExitCode::finished);
+}
+
+TEST(Server, AnotherSetupIsRefusedWhereSnapshotsAreNotAnnounced) {
+  int exchanges = 0;
+  MemoryServer server(counting_component(exchanges));
+  server.configure(one_sphere_in_water());
+  EXPECT_EQ(server.ask(one_sphere_in_water()), MessageKind::failure);
+  EXPECT_NE(server.failure().reason.find("does not announce snapshots"), std::string::npos);
   EXPECT_EQ(server.join(), ExitCode::refused);
 }
 

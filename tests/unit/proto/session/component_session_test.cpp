@@ -71,6 +71,29 @@ TEST(ComponentSession, ContinuesAtTheStepOfACheckpoint) {
 )");
 }
 
+TEST(ComponentSession, BeginsAnewWithAnotherSetupAtAnEarlierStep) {
+  EXPECT_GOES(Role::body, R"(
+> Welcome               | greeted       | accept the welcome
+> BodySetup #1 @0       | configured    | make the solver -> Configured
+! work done             | configured    | none
+> BodySetup #2 @0       | configured    | make the solver -> Configured
+! work done             | configured    | none
+> AppliedLoads #3 @0    | stepping      | advance bodies -> Kinematics
+! work done             | ready         | none
+> AppliedLoads #4 @1    | stepping      | advance bodies -> Kinematics
+! work done             | ready         | none
+> BodySetup #5 @1       | configured    | make the solver -> Configured
+! work done             | configured    | none
+> Restore #6 @1         | checkpointing | read the state -> Restored
+! work done             | ready         | none
+> AppliedLoads #7 @1    | stepping      | advance bodies -> Kinematics
+! work done             | ready         | none
+> BodySetup #8 @0       | configured    | make the solver -> Configured
+! work done             | configured    | none
+> AppliedLoads #9 @0    | stepping      | advance bodies -> Kinematics
+)");
+}
+
 TEST(ComponentSession, AnswersARepeatedRequestWithTheSameReplyAndNeverStepsTwice) {
   EXPECT_GOES(Role::fluid, R"(
 > Welcome               | greeted       | accept the welcome
