@@ -34,6 +34,7 @@
 #include "run/run_case.hpp"
 #include "run/summary.hpp"
 #include "system/durable_file.hpp"
+#include "system/process.hpp"
 
 namespace copepod {
 namespace {
@@ -270,6 +271,7 @@ class Simulation {
 
   /// Services receive heartbeats however long the caller lets the simulation rest.
   void beat(const std::stop_token& stop) {
+    block_signals();
     std::unique_lock lock(wire);
     while (!resting_.wait_for(lock, stop, std::chrono::milliseconds(400), [&] { return stop.stop_requested(); })) {
       try {
