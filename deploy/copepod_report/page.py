@@ -3,7 +3,7 @@
 import base64
 import mimetypes
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text
-from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_rows
+from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_table
 from copepod_run.names import as_word
 
 _MOST_ROWS = 500  # of a table of swimmers
@@ -107,7 +107,10 @@ def run_section(
     rows = [*swept, *run_rows(run.summary)]
     own_figures = f"{called_as()} report {shlex.quote(str(run.directory))}" if run.sweep.values and not figures else ""
     entries = measured(run.summary)
-    tables = [_swimmer_table(entry) for entry in entries] if len(entries) <= MOST_TABLES else []
+    tables: list[tuple[str, Sequence[str], Any]] = []
+    for entry in entries if len(entries) <= MOST_TABLES else []:
+        headings, texts = swimmer_table(entry)
+        tables.append((entry["name"], ["", *headings, ""], texts or reason_without_rows(entry)))
     if swarm := [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]:
         tables.append((f"{len(run.swimmers)} swimmers", ("in their last full cycles", "", ""), swarm))
     every = _table_of_all(run) if len(entries) > MOST_TABLES else None
@@ -161,16 +164,3 @@ def _table_of_all(run: RunRecord) -> Any:
     ]
     title = "Every swimmer" if len(rows) == len(swimmers) else f"The first {len(rows)} of {len(swimmers)} swimmers"
     return title, ["swimmer", *(heading for _, heading in columns)], texts
-
-
-def _swimmer_table(swimmer: Mapping[str, Any]) -> Any:
-    """(name, headings, rows) of a swimmer's figures; without any (name, none, why)."""
-    rows = swimmer_rows(swimmer)
-    if not rows:
-        reason = reason_without_rows(swimmer)
-        return swimmer["name"], (), f"{reason[0].upper()}{reason[1:]}."
-    texts = [
-        (label, *("" if item is None else number_text(item) for item in (value, *others.values())), unit)
-        for label, unit, value, others in rows
-    ]
-    return swimmer["name"], ["", "this run", *rows[0][3], ""], texts
