@@ -71,23 +71,16 @@ def export(directory: Path, folder: Path, author: str, license_of_data: str) -> 
                 shutil.copytree(source, begun / name)
             elif source.exists():
                 shutil.copyfile(source, begun / name)
-        _describe(begun, author, license_of_data)
+        sums = {}
+        for path in sorted(path for path in begun.rglob("*") if path.is_file()):
+            with open(path, "rb") as file:
+                sums[path.relative_to(begun).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
+        (begun / _SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
+        graph = _graph(begun, sums, author, license_of_data)
+        description = {"@context": [f"{_CONTEXT}/context", _TERMS], "@graph": graph}
+        (begun / METADATA).write_text(json.dumps(description, indent=2) + "\n")
         begun.rename(folder)
     return folder / METADATA
-
-
-def _describe(folder: Path, author: str, license_of_data: str) -> None:
-    """Adds checksums and the description to the files of a crate."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file())
-    sums = {}
-    for path in paths:
-        with open(path, "rb") as file:
-            sums[path.relative_to(folder).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
-    (folder / _SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
-    graph = _graph(folder, sums, author, license_of_data)
-    (folder / METADATA).write_text(
-        json.dumps({"@context": [f"{_CONTEXT}/context", _TERMS], "@graph": graph}, indent=2) + "\n"
-    )
 
 
 def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str) -> list[dict[str, Any]]:

@@ -113,7 +113,14 @@ def run_section(
         tables.append((entry["name"], ["", *headings, ""], texts or reason_without_rows(entry)))
     if swarm := [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]:
         tables.append((f"{len(run.swimmers)} swimmers", ("in their last full cycles", "", ""), swarm))
-    every = _table_of_all(run) if len(entries) > MOST_TABLES else None
+    every = None  # (title, headings, rows) of many swimmers, a row each
+    shown = comparison_rows([run])[:_MOST_ROWS] if len(entries) > MOST_TABLES else []
+    if columns := comparison_columns(shown):
+        title = "Every swimmer" if len(shown) == len(entries) else f"The first {len(shown)} of {len(entries)} swimmers"
+        lines = [
+            [name, *(number_text(row[key].ours) if key in row else "" for key, _ in columns)] for _, name, row in shown
+        ]
+        every = (title, ["swimmer", *(heading for _, heading in columns)], lines)
     return str(HTML.run_section(run, anchor, rows, own_figures, tables, every, figures, folded))
 
 
@@ -149,18 +156,3 @@ def comparison_section(
         values = [cells[key].texts() if key in cells else "" for key, _ in columns]
         texts.append([label, *parameters, *values])
     return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, first, others))
-
-
-def _table_of_all(run: RunRecord) -> Any:
-    """(title, headings, rows) of many swimmers, a row each; None if none was analysed."""
-    swimmers = comparison_rows([run])
-    rows = swimmers[:_MOST_ROWS]
-    columns = comparison_columns(rows)
-    if not columns:
-        return None
-    texts = [
-        [name, *(number_text(figures[key].ours) if key in figures else "" for key, _ in columns)]
-        for _, name, figures in rows
-    ]
-    title = "Every swimmer" if len(rows) == len(swimmers) else f"The first {len(rows)} of {len(swimmers)} swimmers"
-    return title, ["swimmer", *(heading for _, heading in columns)], texts

@@ -112,8 +112,23 @@ def axes_of(runs: Sequence[RunResult]) -> dict[str, Axis]:
     """All swept keys of the runs, each with one name and one unit for every table and figure."""
     heads = short_keys(list(dict.fromkeys(key for run in runs for key in run.sweep.values)))
     scales = {key: scale for run in runs for key, scale in run.sweep.scales.items()}
-    values = {key: [run.sweep.values.get(key, math.nan) for run in runs] for key in heads}
-    return {key: _axis(key, head, scales.get(key) == "logarithmic", values[key]) for key, head in heads.items()}
+    axes = {}
+    for key, head in heads.items():
+        values = [run.sweep.values.get(key, math.nan) for run in runs]
+        heading, unit = quantity_of(head)
+        if all(isinstance(value, (int, float)) for value in values):
+            numbers = np.array(values, float)
+            factor, unit = with_prefix(numbers, unit)
+            label, is_range = f"{heading} [{unit}]" if unit else heading, scales.get(key) == "logarithmic"
+            axes[key] = Axis(key, label, is_range, np.round(numbers * factor, 12), [], heading, unit)
+            continue
+        texts = [
+            "" if value is math.nan else value if isinstance(value, str) else number_text(value) for value in values
+        ]
+        words = [text for text in dict.fromkeys(texts) if text]
+        places = np.array([words.index(text) if text else math.nan for text in texts], float)
+        axes[key] = Axis(key, head.replace("_", " "), False, places, words, heading, "")
+    return axes
 
 
 def sweeps_of(runs: Sequence[RunResult], x: str = "", y: str = "") -> list[SweepRecord]:
@@ -143,19 +158,6 @@ def sweeps_of(runs: Sequence[RunResult], x: str = "", y: str = "") -> list[Sweep
         sweep.axes.sort(key=lambda axis: (not axis.is_called(x), bool(axis.words), -len(axis.values())))
         sweep.results.sort(key=lambda result: not result.is_called(y))
     return found
-
-
-def _axis(key: str, head: str, is_range: bool, values: Sequence[Any]) -> Axis:
-    heading, unit = quantity_of(head)
-    if all(isinstance(value, (int, float)) for value in values):
-        numbers = np.array(values, float)
-        factor, unit = with_prefix(numbers, unit)
-        label = f"{heading} [{unit}]" if unit else heading
-        return Axis(key, label, is_range, np.round(numbers * factor, 12), [], heading, unit)
-    texts = ["" if value is math.nan else value if isinstance(value, str) else number_text(value) for value in values]
-    words = [text for text in dict.fromkeys(texts) if text]
-    places = np.array([words.index(text) if text else math.nan for text in texts], float)
-    return Axis(key, head.replace("_", " "), False, places, words, heading, "")
 
 
 def with_prefix(numbers: np.ndarray, unit: str) -> tuple[float, str]:

@@ -11,7 +11,7 @@ from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
@@ -81,11 +81,17 @@ def _only_its_owner_builds() -> bool:
 
 @contextmanager
 def _one_build_at_a_time() -> Iterator[None]:
-    """Lock on a file that names the command that builds."""
+    """Lock on a file that names the command that builds; while another one does, shows which, and how far it is."""
     with open(BUILD / "builder", "a+") as builder:
         found = take_lock(builder.fileno())
-        if found is Lock.HELD:
-            found = _wait_for_other_build(builder)
+        while found is Lock.HELD:
+            builder.seek(0)
+            since = os.fstat(builder.fileno()).st_mtime
+            other = f"{builder.read()}, started {elapsed_text(time.time() - since)} ago)"
+            with Stage(f"waiting for the build of another command: {other}; log: {_LOG}") as stage:
+                while since == os.fstat(builder.fileno()).st_mtime and found is Lock.HELD:
+                    stage.count(*_progress_in_log())
+                    found = take_lock(builder.fileno(), _LOOK_EVERY_S)
         if found is Lock.IMPOSSIBLE:
             say(f"{BUILD} cannot be locked (its file system has no locks). Let no other copepod build there now.")
         words = sys.orig_argv
@@ -94,20 +100,6 @@ def _one_build_at_a_time() -> Iterator[None]:
         builder.write(f"{shlex.join(command)} (process {os.getpid()}")
         builder.flush()
         yield
-
-
-def _wait_for_other_build(builder: IO[str]) -> Lock:
-    """Until the lock is free; shows which command builds now, and how far it is."""
-    found = Lock.HELD
-    while found is Lock.HELD:
-        builder.seek(0)
-        since = os.fstat(builder.fileno()).st_mtime
-        other = f"{builder.read()}, started {elapsed_text(time.time() - since)} ago)"
-        with Stage(f"waiting for the build of another command: {other}; log: {_LOG}") as stage:
-            while since == os.fstat(builder.fileno()).st_mtime and found is Lock.HELD:
-                stage.count(*_progress_in_log())
-                found = take_lock(builder.fileno(), _LOOK_EVERY_S)
-    return found
 
 
 def _progress_in_log() -> tuple[int, int]:

@@ -194,41 +194,34 @@ def ask(command: tuple[str, ...]) -> dict[str, Any]:
     return {"problem": f"it does not answer --capabilities with JSON{last}"}
 
 
-def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> list[str]:
-    """What keeps components from taking part in the run."""
-    return [
-        problem
-        for role in (plan.roles if roles is None else roles)
-        if role not in plan.unasked
-        for problem in _problems_of(plan, role)
-    ]
-
-
-def _problems_of(plan: Plan, role: str) -> Iterator[str]:
-    """The component does not answer, has another role, or can do less than the case needs."""
-    command = program_of(plan, role)
-    if role not in plan.commands and not Path(command[0]).exists():
-        return  # a folder of programs for runs in one process need not hold it
-    answer = ask(tuple(command))
-    if answer["problem"]:
-        yield (
-            f"{shlex.join(command)} cannot be used as {role} component ({answer['problem']}). "
-            "Give the command of a component, see docs/adding_a_component.md."
-        )
-        return
-    name, announced, features = answer["name"], answer["role"], answer["features"]
-    if announced not in ("controller" if role in plan.controllers else role, ""):
-        remedy = f"Use --{announced}" if announced in ROLES else "Name it in the case's controllers"
-        yield f"{name} cannot be used as {role} component (it is a {announced} component). {remedy}."
-        return
-    for feature, accepted in plan.requires.get(role, {}).items():
-        if not set(accepted) & set(features):
-            misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
+def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> Iterator[str]:
+    """What keeps components from taking part in the run: one does not answer, has another role, or can do less than the
+    case needs."""
+    for role in plan.roles if roles is None else roles:
+        command = program_of(plan, role)
+        # A folder of programs for runs in one process need not hold our own.
+        if role in plan.unasked or role not in plan.commands and not Path(command[0]).exists():
+            continue
+        answer = ask(tuple(command))
+        if answer["problem"]:
             yield (
-                f"the case needs «{feature}» ({name} does not announce it"
-                + (f", but «{misspelt[0]}»" if misspelt else "")
-                + f"). Change the case, or use another --{role} component."
+                f"{shlex.join(command)} cannot be used as {role} component ({answer['problem']}). "
+                "Give the command of a component, see docs/adding_a_component.md."
             )
+            continue
+        name, announced, features = answer["name"], answer["role"], answer["features"]
+        if announced not in ("controller" if role in plan.controllers else role, ""):
+            remedy = f"Use --{announced}" if announced in ROLES else "Name it in the case's controllers"
+            yield f"{name} cannot be used as {role} component (it is a {announced} component). {remedy}."
+            continue
+        for feature, accepted in plan.requires.get(role, {}).items():
+            if not set(accepted) & set(features):
+                misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
+                yield (
+                    f"the case needs «{feature}» ({name} does not announce it"
+                    + (f", but «{misspelt[0]}»" if misspelt else "")
+                    + f"). Change the case, or use another --{role} component."
+                )
 
 
 def environment(scratch: Scratch, ranks: int) -> dict[str, str]:

@@ -65,13 +65,11 @@ class Watch:
 
     def wait(self) -> Ending:
         """Ending of the run; processes may still be alive then."""
-        while True:
-            ending = self._ending()
-            if ending is not None:
-                return ending
+        while (ending := self._ending()) is None:
             self._look_at_processes()
             until = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
             self._turn(max(0.0, until - time.monotonic()))
+        return ending
 
     def wait_for_coupler(self, patience_s: float, checkpoint_patience_s: float) -> None:
         """After a signal: until the coupler has closed its files, longer if it writes a checkpoint."""
