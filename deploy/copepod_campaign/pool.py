@@ -145,7 +145,13 @@ class Pool:
         with selectors.DefaultSelector() as selector:
             selector.register(self._signals.descriptor, selectors.EVENT_READ, None)
             while True:
-                self._start_what_fits(selector)
+                while self._waiting and len(self.running) < self._jobs and not self._signals.received:
+                    entry = self._waiting.pop(0)
+                    how = "continues from its checkpoint" if entry.state is State.HALF_DONE else "starts"
+                    say(f"{entry.name}: {how}")
+                    job = Job(entry, self._ranks, self._environment)
+                    selector.register(job.descriptor, selectors.EVENT_READ, job)
+                    self.running.append(job)
                 if not self.running:
                     break
                 for key, _ in selector.select(_REDRAW_S):
@@ -193,14 +199,6 @@ class Pool:
         elif time.monotonic() >= self._next_line:
             self._next_line = time.monotonic() + _LINE_EVERY_S
             say(self.line())
-
-    def _start_what_fits(self, selector: selectors.BaseSelector) -> None:
-        while self._waiting and len(self.running) < self._jobs and not self._signals.received:
-            entry = self._waiting.pop(0)
-            say(f"{entry.name}: {'continues from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}")
-            job = Job(entry, self._ranks, self._environment)
-            selector.register(job.descriptor, selectors.EVENT_READ, job)
-            self.running.append(job)
 
     def _settle(self, entry: Entry) -> None:
         if entry.state is State.FAILED and self._signals.received:
