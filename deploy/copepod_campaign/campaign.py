@@ -15,7 +15,7 @@ from copepod_campaign.pool import RESTARTS, Pool, keep_copy
 from copepod_run import build
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase, ExitCode, Stop
-from copepod_run.plan import Plan, request_campaign
+from copepod_run.plan import Plan, case_arguments, request
 from copepod_run.run_directory import RunDirectory, folder_name, make_folder
 from copepod_run.signals import SignalRecorder
 from copepod_run.messages import report, say
@@ -33,18 +33,10 @@ _NOT_FOR_SWEEPS = {
 def campaign(options: Namespace) -> int:
     """Runs a campaign to its end. Returns 0 if every case is finished; every other ending is a Stop."""
     build.ensure_programs()
-    plan = request_campaign(options.campaign, options.set)
-    jobs = options.jobs or plan.jobs
-    command = f"campaign {options.campaign}{_settings_text(options)}"
-    return run_items(plan.name, plan.items, jobs, options, lambda out: f"{command} --out {out}")
-
-
-def run_sweep(options: Namespace, plan: Plan) -> int:
-    """`copepod run` of a case with a sweep: a campaign of its members, which continues where it stopped."""
-    item = item_of_sweep(options, plan)
-    options.rerun_other_builds = False
-    command = f"run {options.case}{_settings_text(options)}"
-    return run_items(plan.name, [item], None, options, lambda out: f"{command} --out {out}")
+    plan = request(options)
+    if isinstance(plan, Plan):
+        raise BadCase(f"{options.case} is a case (it lists no cases). Run it with: copepod run {options.case}")
+    return run_items(plan.name, plan.items, options.jobs or plan.jobs, options)
 
 
 def item_of_sweep(options: Namespace, plan: Plan) -> dict[str, Any]:
@@ -55,20 +47,16 @@ def item_of_sweep(options: Namespace, plan: Plan) -> dict[str, Any]:
     return {"name": plan.name, "file": options.case, "set": options.set}
 
 
-def _settings_text(options: Namespace) -> str:
-    return "".join(f" --set {shlex.quote(setting)}" for setting in options.set)
-
-
 def run_items(
     name: str,
     items: Sequence[Mapping[str, Any]],
     jobs: int | None,
     options: Namespace,
-    again: Callable[[str], str],
+    again: str = "",
     table: Callable[[Sequence[Entry]], str] = results.text,
 ) -> int:
-    """Runs what is left to do of `items`; `again` makes the command that continues them in a folder, `table` the result
-    that is printed.
+    """Runs what is left to do of `items`; `again` is the command that continues them, by default that of the `options`,
+    `table` makes the result that is printed.
 
     Of `options` it takes `out`, `rerun_other_builds`, `keep_going`, and `json` to print results.json, not the table.
     Returns 0 if every case is finished, else raises Stop.
@@ -94,7 +82,8 @@ def run_items(
         for _ in pool.run():
             results.write(folder, name, entries)
     shown = directory.shown
-    command = f"{called_as()} {again(shown)}"
+    again = again or shlex.join([options.command, *case_arguments(options), "--out", shown])
+    command = f"{called_as()} {again}"
     if signals.received:
         code = 128 + signals.received[0]
         raise Stop(code, f"stopped by a signal; nothing is lost. Continue with the same command: {command}")

@@ -16,7 +16,7 @@ from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.messages import say
 from copepod_run.names import distinct_folders, short_keys
 from copepod_run.plan import Plan, plan_of
-from copepod_run.run_directory import Lock, has_checkpoint, lock_of, read_object
+from copepod_run.run_directory import Lock, last_checkpoint_step, lock_of, read_object
 
 _ENDING_PATIENCE_S = 180.0  # a run that was left behind writes its checkpoint
 
@@ -169,7 +169,10 @@ class Entry:
         """Finds out how far the case is. What cannot be continued is set aside, never removed, if it has any files."""
         if not self.path.exists():
             return
-        self._wait_until_free()
+        if lock_of(self.path) is Lock.HELD:  # runs of a killed campaign write a checkpoint and end
+            say(f"{self.name}: waiting for an earlier run in this folder to end")
+            if lock_of(self.path, _ENDING_PATIENCE_S) is Lock.HELD:
+                raise BadCase(f"{self.path} is in use (another copepod runs there). Wait for it to end.")
         if not self._holds_this_case():
             self._set_aside("the case has changed")
         elif self.summary:
@@ -179,7 +182,7 @@ class Entry:
                 self.state = State.NEW
             elif self.of_another_build:
                 self.remark = "done, by another build"
-        elif has_checkpoint(self.path):
+        elif last_checkpoint_step(self.path) >= 0:
             self.state = State.HALF_DONE
         elif any(files for _, _, files in os.walk(self.path)):
             self._set_aside("it has no checkpoint to continue from")
@@ -195,13 +198,6 @@ class Entry:
         except Stop as refusal:  # a case that the present coupler cannot read
             refusal.refused()
             return False
-
-    def _wait_until_free(self) -> None:
-        """Runs of a killed campaign write a checkpoint and end."""
-        if lock_of(self.path) is Lock.HELD:
-            say(f"{self.name}: waiting for an earlier run in this folder to end")
-            if lock_of(self.path, _ENDING_PATIENCE_S) is Lock.HELD:
-                raise BadCase(f"{self.path} is in use (another copepod runs there). Wait for it to end.")
 
     def _set_aside(self, reason: str) -> None:
         names = (f"{self.name}.before-{number}" for number in itertools.count(1))

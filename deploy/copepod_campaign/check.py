@@ -170,15 +170,12 @@ def _rows_of_needs(members: Sequence[Member], memory: int, disk_bytes: Mapping[s
     if disk_bytes:
         rows["disk"] = estimate.disk_text(disk_bytes)
     ranks = max(1, len(os.sched_getaffinity(0)) // jobs)
-    times = [_time_s(member, ranks) for member in members]
+    times = []  # of each run, at the speed that this machine has shown; None if it has not shown any
+    for plan in (member.plan for member in members):
+        shared = replace(plan, fluid_ranks=ranks) if plan.estimate.get("cell_updates") else plan
+        times.append(estimate.time_of(shared)[0] or estimate.time_of(plan)[0])
     known = [time for time in times if time is not None]
     texts = [f"about {elapsed_text(last_end([0.0] * jobs, known))}, {jobs} at once"] if known else []
     if len(known) < len(times):
         texts.append(f"{f'{len(times) - len(known)} runs ' if known else ''}{_UNKNOWN}")
     return rows | {"time": "; ".join(texts)}
-
-
-def _time_s(member: Member, ranks: int) -> float | None:
-    """Of one run, at the speed that this machine has shown; None if it has not shown any."""
-    shared = replace(member.plan, fluid_ranks=ranks) if member.plan.estimate.get("cell_updates") else member.plan
-    return estimate.time_of(shared)[0] or estimate.time_of(member.plan)[0]

@@ -8,6 +8,7 @@ import signal
 import sys
 import tempfile
 import time
+from argparse import Namespace
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from copepod_campaign.cases import Entry, State
 from copepod_run import cleanup, components
 from copepod_run.checkout import build_digest, present_programs, program
 from copepod_run.launcher import RunProcess
+from copepod_run.plan import case_arguments
 from copepod_run.messages import complain, draw, draws, elapsed_text, report, say, speaks_json
 from copepod_run.progress import Event, clock_text
 from copepod_run.signals import SignalRecorder
@@ -51,11 +53,14 @@ class Job(RunProcess):
 
     def __init__(self, entry: Entry, ranks: int, environment: Mapping[str, str]) -> None:
         self.entry = entry
-        self._resumed = entry.state is State.HALF_DONE
+        is_lattice = entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann"
+        case = Namespace(case=entry.member.file, set=entry.member.settings, ranks=ranks if is_lattice else None)
+        command = [sys.executable, "-P", "-m", "copepod_command", "run", *case_arguments(case)]
+        command += ["--out", str(entry.path), "--restarts", str(RESTARTS)]
+        command += ["--resume"] if entry.state is State.HALF_DONE else []
         entry.state = State.RUNNING
-        logs = entry.path.parent / "logs"
-        self._log = open(logs / f"{entry.name}.log", "ab")
-        super().__init__(self._command(entry, ranks), environment, self._log)
+        self._log = open(entry.path.parent / "logs" / f"{entry.name}.log", "ab")
+        super().__init__(command, environment, self._log)
         self._last_line = ""
         self.share = 0.0
         self.remaining_s: float | None = None
@@ -87,15 +92,6 @@ class Job(RunProcess):
         if event["steps_per_s"]:
             self.remaining_s = event["remaining_s"]
             self.weight_per_s = event["steps_per_s"] * self.entry.weight / max(event["steps"], 1)
-
-    def _command(self, entry: Entry, ranks: int) -> list[str]:
-        words = [sys.executable, "-P", "-m", "copepod_command", "run", entry.member.file]
-        for setting in entry.member.settings:
-            words += ["--set", setting]
-        if entry.plan.case.get("fluid", {}).get("solver") == "lattice_boltzmann":
-            words += ["--ranks", str(ranks)]
-        words += ["--out", str(entry.path), "--restarts", str(RESTARTS)]
-        return words + (["--resume"] if self._resumed else [])
 
 
 def remaining_s(running: Sequence[Job], waiting_weights: Iterable[float], jobs: int) -> float | None:
@@ -149,7 +145,13 @@ class Pool:
         with selectors.DefaultSelector() as selector:
             selector.register(self._signals.descriptor, selectors.EVENT_READ, None)
             while True:
-                self._start_what_fits(selector)
+                while self._waiting and len(self.running) < self._jobs and not self._signals.received:
+                    entry = self._waiting.pop(0)
+                    how = "continues from its checkpoint" if entry.state is State.HALF_DONE else "starts"
+                    say(f"{entry.name}: {how}")
+                    job = Job(entry, self._ranks, self._environment)
+                    selector.register(job.descriptor, selectors.EVENT_READ, job)
+                    self.running.append(job)
                 if not self.running:
                     break
                 for key, _ in selector.select(_REDRAW_S):
@@ -197,14 +199,6 @@ class Pool:
         elif time.monotonic() >= self._next_line:
             self._next_line = time.monotonic() + _LINE_EVERY_S
             say(self.line())
-
-    def _start_what_fits(self, selector: selectors.BaseSelector) -> None:
-        while self._waiting and len(self.running) < self._jobs and not self._signals.received:
-            entry = self._waiting.pop(0)
-            say(f"{entry.name}: {'continues from its checkpoint' if entry.state is State.HALF_DONE else 'starts'}")
-            job = Job(entry, self._ranks, self._environment)
-            selector.register(job.descriptor, selectors.EVENT_READ, job)
-            self.running.append(job)
 
     def _settle(self, entry: Entry) -> None:
         if entry.state is State.FAILED and self._signals.received:

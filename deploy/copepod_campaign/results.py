@@ -37,19 +37,34 @@ def records(name: str, entries: Sequence[Entry]) -> dict[str, Any]:
     scales = {key: scale for entry in entries for key, scale in entry.member.scales.items()}
     heads = swept_keys([entry.member for entry in entries])
     parameters = [{"key": key, "name": head, "scale": scales[key]} for key, head in heads.items()]
-    return {"campaign": name, "parameters": parameters, "cases": [_record(entry) for entry in entries]}
+    cases = [
+        {
+            "name": entry.name,
+            "member_of": entry.member.item if entry.member.parameters else None,
+            "parameters": entry.member.parameters,
+            "state": entry.state.value,
+            "builds": entry.builds,
+            "of_another_build": entry.of_another_build,
+            "remark": entry.remark,
+            "summary": entry.summary,
+        }
+        for entry in entries
+    ]
+    return {"campaign": name, "parameters": parameters, "cases": cases}
 
 
 def markdown(entries: Sequence[Entry]) -> str:
     """A row per swimmer and group; a cell holds our figure, in brackets the published one and our deviation from it."""
     rows = _rows(entries)
-    heads, known = _known_columns(rows)
-    keys = [key for key in FIGURES if any(key in row.figures for row in rows)]
-    lines = []
-    for row, cells in zip(rows, known):
-        texts = ["" if cell is None else value_text(cell) for cell in cells]
-        lines.append(" | ".join([*texts, _state_text(row.entry), *(_cell(row.figures.get(key)) for key in keys)]))
-    return markdown_table(" | ".join([*heads, "state", *(FIGURES[key] for key in keys)]), lines)
+    columns = {
+        head: ["" if cell is None else value_text(cell) for cell in cells]
+        for head, cells in _known_columns(rows).items()
+    }
+    columns["state"] = [_state_text(row.entry) for row in rows]
+    for key in FIGURES:
+        if any(key in row.figures for row in rows):
+            columns[FIGURES[key]] = [_cell(row.figures.get(key)) for row in rows]
+    return markdown_table(" | ".join(columns), map(" | ".join, zip(*columns.values())))
 
 
 def text(entries: Sequence[Entry]) -> str:
@@ -79,15 +94,15 @@ def _rows(entries: Sequence[Entry]) -> list[Row]:
     return rows
 
 
-def _known_columns(rows: Sequence[Row]) -> tuple[list[str], list[list[Any]]]:
-    """Headings and cells of what is known before a run: its name, its swept keys, its swimmers if it has several."""
-    keys = swept_keys([row.entry.member for row in rows])
-    swimmers = ["swimmer"] if any(row.swimmer for row in rows) else []
-    cells = [
-        [row.entry.name, *(row.entry.member.parameters.get(key) for key in keys), *(row.swimmer for _ in swimmers)]
-        for row in rows
-    ]
-    return ["case", *keys.values(), *swimmers], cells
+def _known_columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
+    """By heading what is known before a run: its name, its swept keys, its swimmers if it has several."""
+    members = [row.entry.member for row in rows]
+    columns: dict[str, list[Any]] = {"case": [member.name for member in members]}
+    for key, head in swept_keys(members).items():
+        columns[head] = [member.parameters.get(key) for member in members]
+    if any(row.swimmer for row in rows):
+        columns["swimmer"] = [row.swimmer for row in rows]
+    return columns
 
 
 def _cell(figure: Figure | None) -> str:
@@ -102,8 +117,7 @@ def _state_text(entry: Entry) -> str:
 def _csv(entries: Sequence[Entry]) -> str:
     """All columns that have a value anywhere."""
     rows = _rows(entries)
-    heads, known = _known_columns(rows)
-    columns = {head: list(map(_plain, cells)) for head, cells in zip(heads, zip(*known))}
+    columns = {head: list(map(_plain, cells)) for head, cells in _known_columns(rows).items()}
     columns["state"] = [row.entry.state.value for row in rows]
     columns["builds"] = [" ".join(row.entry.builds) for row in rows]
     columns |= {key: [(row.entry.summary or {}).get(key) for row in rows] for key in ("wall_s", "digest")}
@@ -118,16 +132,3 @@ def _csv(entries: Sequence[Entry]) -> str:
 
 def _plain(value: Any) -> Any:
     return value if value is None or isinstance(value, (int, float)) else value_text(value)
-
-
-def _record(entry: Entry) -> dict[str, Any]:
-    return {
-        "name": entry.name,
-        "member_of": entry.member.item if entry.member.parameters else None,
-        "parameters": entry.member.parameters,
-        "state": entry.state.value,
-        "builds": entry.builds,
-        "of_another_build": entry.of_another_build,
-        "remark": entry.remark,
-        "summary": entry.summary,
-    }

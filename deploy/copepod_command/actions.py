@@ -59,13 +59,20 @@ def export(options: Namespace) -> int:
 
 
 def watch(options: Namespace) -> int:
-    """Serves the page until a signal ends it."""
+    """Serves the page until a signal ends it. Raises Stop(2) unless the folder holds a run or runs."""
     build.ensure_programs()
     # These need numpy and matplotlib: slow to load, and perhaps installed just now.
+    from copepod_report.run_status import state_of
+    from copepod_watch.follower import runs_in
     from copepod_watch.server import WatchServer
 
-    directory = Path(options.directory)
-    _require_run(directory)
+    directory, deadline = Path(options.directory), time.monotonic() + _START_PATIENCE_S
+    if not directory.is_dir():
+        raise BadCase(f"{directory} is not a folder (no run has been started there). {_ADVICE}")
+    while not runs_in(directory):
+        if state_of(directory)[0] != "running" or time.monotonic() > deadline:
+            raise BadCase(f"{directory} does not hold a run (no case.yaml). {_ADVICE}")
+        time.sleep(0.1)
     with WatchServer(directory, options.port) as server:
         if (directory / "case.yaml").is_file():
             server.follower("")  # so that its end is announced, whether the page is open or not
@@ -73,20 +80,6 @@ def watch(options: Namespace) -> int:
         say("the page is for this machine only; Ctrl-C ends it")
         server.serve_forever(poll_interval=0.2)
     raise AssertionError("only a signal ends it")
-
-
-def _require_run(directory: Path) -> None:
-    """Raises Stop(2) unless the folder holds a run or runs; waits a moment for one that has just been started."""
-    from copepod_report.run_status import state_of
-    from copepod_watch.follower import runs_in
-
-    if not directory.is_dir():
-        raise BadCase(f"{directory} is not a folder (no run has been started there). {_ADVICE}")
-    deadline = time.monotonic() + _START_PATIENCE_S
-    while not runs_in(directory):
-        if state_of(directory)[0] != "running" or time.monotonic() > deadline:
-            raise BadCase(f"{directory} does not hold a run (no case.yaml). {_ADVICE}")
-        time.sleep(0.1)
 
 
 def validate(options: Namespace) -> int:

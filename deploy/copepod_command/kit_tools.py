@@ -50,8 +50,11 @@ def replay(options: Namespace) -> int:
         if options.stand_in:
             return _run_with_recorded(options, folder)
         role = options.controller or ("fluid" if options.fluid else "body")
-        component = _on_path_of_components(_component(options, role))
-        command = [*_RECORDING, "replay", *_selection(options, role), "--", *component]
+        component = list(options.component)
+        if not component:  # the one that was recorded
+            plan = replace(plan_of(Path(options.directory) / "case.yaml"), fluid_ranks=options.ranks)
+            component = components.with_ranks(plan, role, components.program_of(plan, role))
+        command = [*_RECORDING, "replay", *_selection(options, role), "--", *_on_path_of_components(component)]
         return _run_in(folder, command, options.ranks)
 
 
@@ -72,14 +75,6 @@ def _selection(options: Namespace, role: str) -> list[str]:
     """Arguments that select what is played of which recording."""
     attempt = ["--attempt", str(options.attempt)] if options.attempt else []
     return [str(Path(options.directory).resolve()), "--role", role, "--tolerance", str(options.tolerance), *attempt]
-
-
-def _component(options: Namespace, role: str) -> list[str]:
-    """The component that was recorded, or the one that the user names."""
-    if options.component:
-        return list(options.component)
-    plan = replace(plan_of(Path(options.directory) / "case.yaml"), fluid_ranks=options.ranks)
-    return components.with_ranks(plan, role, components.program_of(plan, role))
 
 
 def _run_with_recorded(options: Namespace, folder: Scratch) -> int:

@@ -72,16 +72,11 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and exit")
     kind: Any = partial(argparse.ArgumentParser, formatter_class=_Formatter)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=kind)
-    _add_run(commands)
-    _add_check(commands)
-    _add_campaign(commands)
-    _add_report(commands)
-    _add_export(commands)
-    _add_watch(commands)
-    _add_validate(commands)
-    _add_bench(commands)
-    _add_replay(commands)
-    _add_tools(commands)
+    for add_to in (
+        *(_add_run, _add_check, _add_campaign, _add_report, _add_export, _add_watch, _add_validate),
+        *(_add_bench, _add_replay, _add_tools),
+    ):
+        add_to(commands)
     return parser
 
 
@@ -156,7 +151,7 @@ def _add_run(commands: _Commands) -> None:
     )
     _add_keep_going(parser)
     _add_output(parser, "summary.json with the run directory")
-    parser.set_defaults(action="copepod_command.run:run")
+    parser.set_defaults(action="copepod_command.run:run", rerun_other_builds=False)
 
 
 def _add_check(commands: _Commands) -> None:
@@ -185,7 +180,7 @@ def _add_campaign(commands: _Commands) -> None:
         description="Runs the remaining cases of a campaign, several at once, and writes one result table. Repeat the "
         "command to continue: finished cases are kept, interrupted ones resume from their checkpoints.",
     )
-    parser.add_argument("campaign", metavar="CAMPAIGN.yaml")
+    parser.add_argument("case", metavar="CAMPAIGN.yaml")
     _add(parser, "--set KEY.PATH=VALUE", "change one key of every case", action="append", default=[])
     _add(parser, "--out DIR", "folder of the campaign (default: runs/<campaign>)")
     _add(parser, "--jobs N", "cases at once (default: see the campaign)", type=_integer)

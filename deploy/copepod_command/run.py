@@ -23,10 +23,10 @@ from copepod_run.figures import result_table
 from copepod_run.launcher import LOOK_EVERY_S, Launcher
 from copepod_run.messages import complain, keep_drawn, report, say
 from copepod_run.outcome import Failure, judge
-from copepod_run.plan import Plan, case_arguments, check_beginning, request_plan
+from copepod_run.plan import Plan, case_arguments, request_plan
 from copepod_run.processes import own_host
 from copepod_run.progress import Progress
-from copepod_run.run_directory import Lock, RunDirectory, has_checkpoint, last_checkpoint_step, lock_of, read_object
+from copepod_run.run_directory import Lock, RunDirectory, last_checkpoint_step, lock_of, read_object
 from copepod_run.scratch import Scratch
 from copepod_run.signals import SignalRecorder
 from copepod_run.watch import AFTER_FINISH_S, Ending, Watch
@@ -43,8 +43,8 @@ def run(options: Namespace) -> int:
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
     build.ensure_programs(options)
     plan = request_plan(options)
-    if plan.sweep:
-        return campaign.run_sweep(options, plan)
+    if plan.sweep:  # a campaign of its members, which continues where it stopped
+        return campaign.run_items(plan.name, [campaign.item_of_sweep(options, plan)], None, options)
     plan = components.settled(plan, options.ranks)
     for problem in components.problems_of_components(plan, plan.commands):
         raise BadCase(problem)
@@ -55,12 +55,12 @@ def run(options: Namespace) -> int:
         directory = run_directory.reopen(plan.name, options.out)
     else:
         if options.branch_from:
-            check_beginning(options, components.branch_arguments(options))
+            request_plan(options, components.branch_arguments(options))
         directory = run_directory.create(plan.name, options.out)
     report("directory", path=str(directory.path), holds="run")
     with closing(directory):
         if options.resume:
-            check_beginning(options, ["--resume", "--out", str(directory.path)])
+            request_plan(options, ["--resume", "--out", str(directory.path)])
         return _attempts(options, plan, directory)
 
 
@@ -86,7 +86,7 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
         failure = ending.failure
         if left == 0 or failure.code not in _WORTH_A_RESTART:
             raise Stop(failure.code, f"{failure.sentence()}{_advice(failure, start, options, directory)}")
-        resume = has_checkpoint(directory.path)
+        resume = last_checkpoint_step(directory.path) >= 0
         say(failure.sentence())
         say(f"starting again {'from the last checkpoint' if resume else 'from the beginning'}, {left} restart(s) left")
     raise AssertionError("the last attempt returns or raises")
@@ -214,7 +214,7 @@ def _advice(failure: Failure, start: int, options: Namespace, directory: RunDire
 
 
 def _way_to_continue(options: Namespace, directory: RunDirectory) -> str:
-    if not has_checkpoint(directory.path):
+    if last_checkpoint_step(directory.path) < 0:
         return "There is no checkpoint: run again from the start."
     case, *changes = case_arguments(options)
     command = [called_as(), "run", case, "--out", directory.shown, *changes, "--resume"]

@@ -38,6 +38,7 @@ _CONTENT = {
     "obstacles.csv": ("loads on obstacles over time", "text/csv"),
     "obstacles.npy": _ARRAY,
     "obstacles_names.txt": ("names of the obstacles", "text/plain"),
+    "flow.csv": ("totals of the flow, velocity and pressure at probes over time", "text/csv"),
     "cycles.csv": ("velocity, rotation, arms and power of every swimmer in each cycle", "text/csv"),
     "bodies.pvd": ("surfaces of the bodies over time, for ParaView", "application/xml"),
     "bodies": ("the surfaces of each sample", ""),
@@ -71,23 +72,16 @@ def export(directory: Path, folder: Path, author: str, license_of_data: str) -> 
                 shutil.copytree(source, begun / name)
             elif source.exists():
                 shutil.copyfile(source, begun / name)
-        _describe(begun, author, license_of_data)
+        sums = {}
+        for path in sorted(path for path in begun.rglob("*") if path.is_file()):
+            with open(path, "rb") as file:
+                sums[path.relative_to(begun).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
+        (begun / _SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
+        graph = _graph(begun, sums, author, license_of_data)
+        description = {"@context": [f"{_CONTEXT}/context", _TERMS], "@graph": graph}
+        (begun / METADATA).write_text(json.dumps(description, indent=2) + "\n")
         begun.rename(folder)
     return folder / METADATA
-
-
-def _describe(folder: Path, author: str, license_of_data: str) -> None:
-    """Adds checksums and the description to the files of a crate."""
-    paths = sorted(path for path in folder.rglob("*") if path.is_file())
-    sums = {}
-    for path in paths:
-        with open(path, "rb") as file:
-            sums[path.relative_to(folder).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
-    (folder / _SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
-    graph = _graph(folder, sums, author, license_of_data)
-    (folder / METADATA).write_text(
-        json.dumps({"@context": [f"{_CONTEXT}/context", _TERMS], "@graph": graph}, indent=2) + "\n"
-    )
 
 
 def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str) -> list[dict[str, Any]]:
@@ -95,7 +89,9 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
     provenance, summary = (read_object(folder / f"{name}.json") for name in ("provenance", "summary"))
     files = [_file(folder, name, sums) for name in _CONTENT if (folder / name).exists()]
     columns = [
-        column for name in ("trajectory.csv", "trajectory.npy", "cycles.csv") for column in _columns(folder / name)
+        column
+        for name in ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv")
+        for column in _columns(folder / name)
     ]
     digest = {**_entity("#digest", "PropertyValue", "digest"), "value": summary["digest"]}
     license_url = license_of_data if "://" in license_of_data else f"https://spdx.org/licenses/{license_of_data}"

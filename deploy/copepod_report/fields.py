@@ -41,7 +41,9 @@ def read_layer(
         velocity = group[_VELOCITY]
         first = [int(group.attrs.get(f"first_cell_{axis}", 0)) for axis in "xyz"]  # of a part of the domain
         inside = coordinate_cells - first[normal]
-        layers = _layers_at(inside, velocity.shape[2 - normal])
+        cells, face = velocity.shape[2 - normal], round(inside)
+        is_on_face = abs(inside - face) < 1e-6 and 0 < face < cells
+        layers = [face - 1, face] if is_on_face else [min(max(int(inside), 0), cells - 1)]
         before = (slice(None),) * (2 - normal)
         mean = np.mean([velocity[(*before, layer)] for layer in layers], axis=0)
         return mean, first, first[normal] + float(np.mean(layers)) + 0.5
@@ -84,11 +86,3 @@ def _opened(path: Path) -> Any:
 
 def _name(time: str | int) -> str:
     return MEAN if time == MEAN else f"{_SNAPSHOT}{time:09d}"
-
-
-def _layers_at(coordinate_cells: float, cells: int) -> list[int]:
-    """The layer of cells that holds a coordinate, or the two beside it if it lies on their faces."""
-    face = round(coordinate_cells)
-    if abs(coordinate_cells - face) < 1e-6 and 0 < face < cells:
-        return [face - 1, face]
-    return [min(max(int(coordinate_cells), 0), cells - 1)]

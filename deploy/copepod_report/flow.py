@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -85,10 +86,9 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     Raises Stop(2) if the run lacks what the view names, Stop(73) if its file is damaged.
     """
     path = run.directory / "fields.h5"
-    found = _time_of(run, view, *read_file(path, times_in))
-    if found is None:
+    time = _time_of(run, view, *read_file(path, times_in))
+    if time is None:
         return None
-    time = found
     window = tuple(run.case["output"]["fields"]["mean_over_steps"]) if time == MEAN else (int(time), int(time))
     zoomed, followed = _bodies_named(run, view.zoom, "--zoom"), _bodies_named(run, view.frame, "--frame")
     along, across = _plane_of(run, view, time)
@@ -97,8 +97,8 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     length_m = run.domain_m[normal]
     if not 0 <= at_m <= length_m:
         raise _unusable(f"--at {at_m:g}", run, f"its domain ends at {_AXES[normal]} = {length_m:g} m", "Choose less")
-    cells = at_m / run.cell_size_m
-    velocity, first_cell, at_cells = read_file(path, lambda path: read_layer(path, time, normal, cells))
+    layer = partial(read_layer, time=time, normal=normal, coordinate_cells=at_m / run.cell_size_m)
+    velocity, first_cell, at_cells = read_file(path, layer)
     velocity = velocity - _velocity_of(run, followed, window)
     if across < along:  # the later axis comes first
         velocity = velocity.swapaxes(0, 1)

@@ -16,8 +16,10 @@ LABELS = ("B2, trailing", "B1, middle", "B3, leading")
 
 def of_swimmer(swimmer: SwimmerRecord) -> Iterator[tuple[str, Any, str]]:
     """(name, figure, caption) of every plot of three beads in a row."""
-    periods, unit = swimmer.periods(), swimmer.run.length_unit[1]
-    places = swimmer.positions()
+    periods, (unit_m, unit) = swimmer.run.trajectory.steps / swimmer.period, swimmer.run.length_unit
+    start_m = np.dot(swimmer.section["center_m"], swimmer.axis)
+    places = (swimmer.along_axis("position_m") - start_m) / unit_m
+    forces = 1e6 * swimmer.along_axis("driving_N")  # [paper, eqs. (19)-(21)]
 
     def plotted(height: float, samples: Any, lines: np.ndarray, width: float, label: str) -> Any:
         figure, axes = new_figure(height)
@@ -45,7 +47,7 @@ def of_swimmer(swimmer: SwimmerRecord) -> Iterator[tuple[str, Any, str]]:
         yield "cycle", figure, "Displacements over the last full period of the drive."
         text = "Arms over the last full period of the drive, and the fits that d1, d2 and the phases come from."
         yield "arms", _arms(periods[mask], np.diff(last, axis=0), unit), text
-    figure = plotted(2.8, slice(None), 1e6 * swimmer.driving_N(), 1.3, "driving force [µN]")  # [paper, eqs. (19)-(21)]
+    figure = plotted(2.8, slice(None), forces, 1.3, "driving force [µN]")
     legend_above(figure.axes[0])
     yield "forces", figure, "Driving forces along the axis."
 
@@ -86,10 +88,10 @@ def displacements(run: RunRecord) -> Any:
 def flow_over_time(path: Path) -> Any:
     """What flow.csv has, or None without samples."""
     text = path.read_text() if path.exists() else ""
-    header, *rows = csv.reader(text[: text.rfind("\n")].splitlines()) if text else [[]]  # a row may be half written
-    if len(rows) < 2:
+    rows = list(csv.reader(text[: text.rfind("\n")].splitlines()))  # the last one may be half written
+    if len(rows) < 3:
         return None
-    columns = dict(zip(header, np.array(rows, dtype=float).T))
+    columns = dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
     at_probes = [name for name in columns if "." in name]
     quantities = {
         "energy [J]": [name for name in columns if name == "kinetic_energy_J"],

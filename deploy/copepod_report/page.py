@@ -3,7 +3,7 @@
 import base64
 import mimetypes
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text
-from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_rows
+from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_table
 from copepod_run.names import as_word
 
 _MOST_ROWS = 500  # of a table of swimmers
@@ -107,10 +107,20 @@ def run_section(
     rows = [*swept, *run_rows(run.summary)]
     own_figures = f"{called_as()} report {shlex.quote(str(run.directory))}" if run.sweep.values and not figures else ""
     entries = measured(run.summary)
-    tables = [_swimmer_table(entry) for entry in entries] if len(entries) <= MOST_TABLES else []
+    tables: list[tuple[str, Sequence[str], Any]] = []
+    for entry in entries if len(entries) <= MOST_TABLES else []:
+        headings, texts = swimmer_table(entry)
+        tables.append((entry["name"], ["", *headings, ""], texts or reason_without_rows(entry)))
     if swarm := [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]:
         tables.append((f"{len(run.swimmers)} swimmers", ("in their last full cycles", "", ""), swarm))
-    every = _table_of_all(run) if len(entries) > MOST_TABLES else None
+    every = None  # (title, headings, rows) of many swimmers, a row each
+    shown = comparison_rows([run])[:_MOST_ROWS] if len(entries) > MOST_TABLES else []
+    if columns := comparison_columns(shown):
+        title = "Every swimmer" if len(shown) == len(entries) else f"The first {len(shown)} of {len(entries)} swimmers"
+        lines = [
+            [name, *(number_text(row[key].ours) if key in row else "" for key, _ in columns)] for _, name, row in shown
+        ]
+        every = (title, ["swimmer", *(heading for _, heading in columns)], lines)
     return str(HTML.run_section(run, anchor, rows, own_figures, tables, every, figures, folded))
 
 
@@ -146,31 +156,3 @@ def comparison_section(
         values = [cells[key].texts() if key in cells else "" for key, _ in columns]
         texts.append([label, *parameters, *values])
     return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, first, others))
-
-
-def _table_of_all(run: RunRecord) -> Any:
-    """(title, headings, rows) of many swimmers, a row each; None if none was analysed."""
-    swimmers = comparison_rows([run])
-    rows = swimmers[:_MOST_ROWS]
-    columns = comparison_columns(rows)
-    if not columns:
-        return None
-    texts = [
-        [name, *(number_text(figures[key].ours) if key in figures else "" for key, _ in columns)]
-        for _, name, figures in rows
-    ]
-    title = "Every swimmer" if len(rows) == len(swimmers) else f"The first {len(rows)} of {len(swimmers)} swimmers"
-    return title, ["swimmer", *(heading for _, heading in columns)], texts
-
-
-def _swimmer_table(swimmer: Mapping[str, Any]) -> Any:
-    """(name, headings, rows) of a swimmer's figures; without any (name, none, why)."""
-    rows = swimmer_rows(swimmer)
-    if not rows:
-        reason = reason_without_rows(swimmer)
-        return swimmer["name"], (), f"{reason[0].upper()}{reason[1:]}."
-    texts = [
-        (label, *("" if item is None else number_text(item) for item in (value, *others.values())), unit)
-        for label, unit, value, others in rows
-    ]
-    return swimmer["name"], ["", "this run", *rows[0][3], ""], texts

@@ -13,7 +13,7 @@ from copepod_report.run_record import collect, name_apart, read_file
 from copepod_report.page import PAGE, Canvas
 from copepod_report.style import picture_of
 from copepod_report.swarm import Swarm
-from copepod_report.sweeps import Choice, axes_of
+from copepod_report.sweeps import axes_of, sweeps_of
 from copepod_run import packages
 from copepod_run.errors import BY_SIGNAL, BadCase, ExitCode, Stop, StorageFailed
 from copepod_run.figures import MOST_TABLES, quantity_text
@@ -33,14 +33,14 @@ def write_report(options: Namespace, out: str) -> Path:
 
     Raises Stop(2) for folders without a run and a view of the flow that does not suit them, Stop(73) for damaged ones.
     """
-    directories, choice = options.directories, Choice(options.x, options.y)
+    directories, names = options.directories, ", ".join(Path(directory).name for directory in options.directories)
     flow_view = flow.View(options.plane, options.at, options.time, options.zoom, options.margin, options.frame)
     try:
         collected = [run for directory in directories for run in collect(directory, drawn_case)]
         name_apart(collected)
         if flow_view != flow.View() and not any((run.directory / "fields.h5").exists() for run in collected):
             raise BadCase("there is no flow to draw (no run recorded one). Set output.fields in the case.")
-        of_several = _names(directories) if len(directories) < 4 else f"{len(collected)} runs"
+        of_several = names if len(directories) < 4 else f"{len(collected)} runs"
         folder, title = Path(out), f"Copepod: {collected[0].name if len(collected) == 1 else of_several}"
         make_folder(folder)
         canvas = Canvas(folder, options.format)
@@ -48,9 +48,11 @@ def write_report(options: Namespace, out: str) -> Path:
         canvas.write(PAGE, page.page(title, []).encode())  # from here on the folder is that of a report
         for name, content in films.items():
             canvas.write(f"{name}_flow.mp4", content)
-        return canvas.write(PAGE, page.page(title, _sections(collected, canvas, flow_view, choice)).encode())
+        return canvas.write(
+            PAGE, page.page(title, _sections(collected, canvas, flow_view, options.x, options.y)).encode()
+        )
     except DAMAGE as problem:
-        raise _damaged(_names(directories), problem) from None
+        raise _damaged(names, problem) from None
 
 
 def page_of(directory: str | Path, read_case: ReadCase) -> str:
@@ -66,9 +68,9 @@ def page_of(directory: str | Path, read_case: ReadCase) -> str:
         raise _damaged(str(directory), problem) from None
 
 
-def opening_figures(runs: Sequence[RunResult], canvas: Canvas, choice: Choice = Choice()) -> list[str]:
-    """HTML of the figures that a page of several runs begins with."""
-    first = sweeps.first_figures(runs, canvas.draw, choice)
+def opening_figures(runs: Sequence[RunResult], canvas: Canvas, x: str = "", y: str = "") -> list[str]:
+    """HTML of the figures that a page of several runs begins with; `x`, `y`: as for `sweeps_of`."""
+    first = sweeps.first_figures(sweeps_of(runs, x, y), canvas.draw)
     return first or canvas.draw("speeds", motion_plots.speeds(runs), "Swimming speeds of all runs.")
 
 
@@ -78,13 +80,13 @@ def _damaged(names: str, problem: Exception) -> Stop:
     )
 
 
-def _sections(runs: Sequence[RunRecord], canvas: Canvas, flow_view: flow.View, choice: Choice) -> list[str]:
+def _sections(runs: Sequence[RunRecord], canvas: Canvas, flow_view: flow.View, x: str, y: str) -> list[str]:
     """HTML of all sections of the page; writes the plots."""
     anchors = distinct_words([run.name for run in runs])
     sections = []
-    others = sweeps.other_figures(runs, canvas.draw, choice)
+    others = sweeps.other_figures(sweeps_of(runs, x, y), canvas.draw)
     if len(runs) > 1:
-        first = opening_figures(runs, canvas, choice)
+        first = opening_figures(runs, canvas, x, y)
         sections.append(page.comparison_section(runs, anchors, first, others))
     axes = axes_of(runs)
     for number, (run, anchor) in enumerate(zip(runs, anchors)):
@@ -96,10 +98,6 @@ def _sections(runs: Sequence[RunRecord], canvas: Canvas, flow_view: flow.View, c
         sections.append(page.run_section(run, anchor, figures, swept, folded=len(runs) > 3))
     sections.append(view.scripts())
     return sections
-
-
-def _names(directories: Sequence[str]) -> str:
-    return ", ".join(Path(directory).name for directory in directories)
 
 
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, flow_view: flow.View) -> list[str]:

@@ -217,26 +217,11 @@ class SwimmerRecord:
         self.section = section
         self.name = section["name"]
         self.axis = rotated([0.0, 0.0, 1.0], section["orientation_wxyz"])
-        self.beads = section["beads"]
         self.bead_names = bead_names(section)
         stroke = section.get("stroke") or {}
         self.is_three_beads = bool(stroke)  # in a row, as in the paper
         self.period = int(stroke.get("period_steps", 0))
         self.cycles = int(stroke.get("cycles", 0))
-        analysed = (entry for entry in run.summary.get("swimmers") or [] if entry["name"] == self.name)
-        self.figures: dict[str, Any] = next(analysed, {})
-
-    def positions(self) -> np.ndarray:
-        """Of the beads from the middle bead's start in the run's length unit, shape (3, samples)."""
-        return (self._along_axis("position_m") - np.dot(self.section["center_m"], self.axis)) / self.run.length_unit[0]
-
-    def driving_N(self) -> np.ndarray:
-        """Driving forces, shape (3, samples)."""
-        return self._along_axis("driving_N")
-
-    def periods(self) -> np.ndarray:
-        """Time in periods of the stroke, shape (samples,)."""
-        return self.run.trajectory.steps / self.period
 
     def last_period(self) -> np.ndarray:
         """Mask of the samples in the last driven period; empty if the run ended before.
@@ -249,8 +234,8 @@ class SwimmerRecord:
         mask = (steps >= start) & (steps <= stop)
         return mask if steps[-1] >= stop > 0 and mask.sum() > 8 else np.zeros_like(mask)
 
-    def _along_axis(self, quantity: str) -> np.ndarray:
-        """Component of a vector of each bead, shape (3, samples)."""
+    def along_axis(self, quantity: str) -> np.ndarray:
+        """Component of a vector of each bead along the swimmer's axis, shape (3, samples)."""
         of = self.run.trajectory.of
         return np.array([of(f"{self.name}.{bead}")[quantity] @ self.axis for bead in BEADS])
 

@@ -2,6 +2,7 @@
 
 import re
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -54,7 +55,13 @@ def state_of(directory: Path) -> tuple[str, str]:
         return "finished", ""
     if status == "failed":
         return ("stopped" if provenance.get("exit_code") in BY_SIGNAL else "failed"), reason
-    return ("running" if _is_in_use(directory) else "interrupted"), ""
+    is_in_use = False
+    with suppress(OSError):  # no such folder, or no progress yet
+        found = lock_of(directory)
+        is_in_use = found is Lock.HELD  # by the command that runs there
+        if found is Lock.IMPOSSIBLE:
+            is_in_use = time.time() - (directory / "logs/progress.json").stat().st_mtime < _RECORDED_WITHIN_S
+    return ("running" if is_in_use else "interrupted"), ""
 
 
 def status_of(directory: Path, case: dict[str, Any], state: tuple[str, str], step: int) -> RunStatus:
@@ -62,15 +69,3 @@ def status_of(directory: Path, case: dict[str, Any], state: tuple[str, str], ste
     checkpoint = last_checkpoint_step(directory)
     recorded = 0 if state[0] == "finished" else int(read_object(directory / "logs" / "progress.json").get("step") or 0)
     return RunStatus(state[0], max(step, checkpoint, recorded), at(case, "run.steps") or 0, state[1], checkpoint)
-
-
-def _is_in_use(directory: Path) -> bool:
-    """Whether a command runs there: it holds the lock on the folder, or has just recorded its progress where there are
-    no locks."""
-    try:
-        found = lock_of(directory)
-        if found is not Lock.IMPOSSIBLE:
-            return found is Lock.HELD
-        return time.time() - (directory / "logs/progress.json").stat().st_mtime < _RECORDED_WITHIN_S
-    except OSError:  # no such folder, or no progress yet
-        return False

@@ -80,7 +80,14 @@ def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samp
     return {
         "name": name,
         "unit": f"{prefix}m",
-        "surfaces": [_packed(surface, metres) for surface in surfaces],
+        "surfaces": [
+            {
+                "radius": (surface.radius_m or surface.reach_m) / metres,
+                "points": as_text((surface.points_m / metres).astype("<f4")),
+                "triangles": as_text(surface.triangles.astype("<u4")),
+            }
+            for surface in surfaces
+        ],
         "bodies": [{"name": body, "surface": numbers[body], "colour": places[body] % 3} for body in samples.bodies],
         "obstacles": [
             {**obstacle, "position": (np.array(obstacle["position_m"]) / metres).tolist()}
@@ -116,15 +123,6 @@ def _places_of(case: Mapping[str, Any]) -> dict[str, int]:
     for swimmer in case.get("swimmers") or []:
         places |= {f"{swimmer['name']}.{name}": place for place, name in enumerate(bead_names(swimmer))}
     return places
-
-
-def _packed(surface: Surface, metres: float) -> dict[str, Any]:
-    points = (surface.points_m / metres).astype("<f4")
-    return {
-        "radius": (surface.radius_m or surface.reach_m) / metres,
-        "points": as_text(points),
-        "triangles": as_text(surface.triangles.astype("<u4")),
-    }
 
 
 def bead_names(swimmer: Mapping[str, Any]) -> list[str]:

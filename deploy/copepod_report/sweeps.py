@@ -37,14 +37,6 @@ class _OneNotation(Formatter):
 
 
 @dataclass(frozen=True)
-class Choice:
-    """What the first figure of a sweep shows; empty: the key with most values, the speed."""
-
-    x: str = ""  # a swept key, or how it ends
-    y: str = ""  # a figure: its column in the table, or its file without the name of the sweep
-
-
-@dataclass(frozen=True)
 class Axis:
     """A swept key: where its values are drawn, and what is written beside them."""
 
@@ -120,12 +112,32 @@ def axes_of(runs: Sequence[RunResult]) -> dict[str, Axis]:
     """All swept keys of the runs, each with one name and one unit for every table and figure."""
     heads = short_keys(list(dict.fromkeys(key for run in runs for key in run.sweep.values)))
     scales = {key: scale for run in runs for key, scale in run.sweep.scales.items()}
-    values = {key: [run.sweep.values.get(key, math.nan) for run in runs] for key in heads}
-    return {key: _axis(key, head, scales.get(key) == "logarithmic", values[key]) for key, head in heads.items()}
+    axes = {}
+    for key, head in heads.items():
+        values = [run.sweep.values.get(key, math.nan) for run in runs]
+        heading, unit = quantity_of(head)
+        if all(isinstance(value, (int, float)) for value in values):
+            numbers = np.array(values, float)
+            factor, unit = with_prefix(numbers, unit)
+            label, is_range = f"{heading} [{unit}]" if unit else heading, scales.get(key) == "logarithmic"
+            axes[key] = Axis(key, label, is_range, np.round(numbers * factor, 12), [], heading, unit)
+            continue
+        texts = [
+            "" if value is math.nan else value if isinstance(value, str) else number_text(value) for value in values
+        ]
+        words = [text for text in dict.fromkeys(texts) if text]
+        places = np.array([words.index(text) if text else math.nan for text in texts], float)
+        axes[key] = Axis(key, head.replace("_", " "), False, places, words, heading, "")
+    return axes
 
 
-def sweeps_of(runs: Sequence[RunResult], choice: Choice = Choice()) -> list[SweepRecord]:
-    """Sweeps with two finished runs or more. Raises Stop(2) if none of them has what is chosen."""
+def sweeps_of(runs: Sequence[RunResult], x: str = "", y: str = "") -> list[SweepRecord]:
+    """Sweeps with two finished runs or more. Raises Stop(2) if none of them has what is chosen.
+
+    @param x  key for the first axis, or how it ends; empty: the one with most values
+    @param y  figure to be the first result, by its column in the table or its file without the name of the sweep;
+              empty: the speed
+    """
     groups: dict[tuple[str, str], list[int]] = {}
     for number, run in enumerate(runs):
         if run.sweep.values and run.status.is_finished:
@@ -138,27 +150,14 @@ def sweeps_of(runs: Sequence[RunResult], choice: Choice = Choice()) -> list[Swee
             chosen = [runs[number] for number in members]
             found.append(SweepRecord(name, [run.name for run in chosen], axes, _results(chosen)))
     all_axes, all_results = ([item for sweep in found for item in getattr(sweep, of)] for of in ("axes", "results"))
-    for option, wanted, items in (("--x", choice.x, all_axes), ("--y", choice.y, all_results)):
+    for option, wanted, items in (("--x", x, all_axes), ("--y", y, all_results)):
         if wanted and not any(item.is_called(wanted) for item in items):
             names = ", ".join(dict.fromkeys(item.key for item in items))
             raise BadCase(f"{option} {wanted} does not vary in these runs. What does: {names or 'nothing'}.")
     for sweep in found:
-        sweep.axes.sort(key=lambda axis: (not axis.is_called(choice.x), bool(axis.words), -len(axis.values())))
-        sweep.results.sort(key=lambda result: not result.is_called(choice.y))
+        sweep.axes.sort(key=lambda axis: (not axis.is_called(x), bool(axis.words), -len(axis.values())))
+        sweep.results.sort(key=lambda result: not result.is_called(y))
     return found
-
-
-def _axis(key: str, head: str, is_range: bool, values: Sequence[Any]) -> Axis:
-    heading, unit = quantity_of(head)
-    if all(isinstance(value, (int, float)) for value in values):
-        numbers = np.array(values, float)
-        factor, unit = with_prefix(numbers, unit)
-        label = f"{heading} [{unit}]" if unit else heading
-        return Axis(key, label, is_range, np.round(numbers * factor, 12), [], heading, unit)
-    texts = ["" if value is math.nan else value if isinstance(value, str) else number_text(value) for value in values]
-    words = [text for text in dict.fromkeys(texts) if text]
-    places = np.array([words.index(text) if text else math.nan for text in texts], float)
-    return Axis(key, head.replace("_", " "), False, places, words, heading, "")
 
 
 def with_prefix(numbers: np.ndarray, unit: str) -> tuple[float, str]:
@@ -316,10 +315,10 @@ def values_csv(sweep: SweepRecord, result: Result) -> str:
     return csv_text(columns)
 
 
-def first_figures(runs: Sequence[RunResult], draw: Draw, choice: Choice) -> list[str]:
+def first_figures(sweeps: Sequence[SweepRecord], draw: Draw) -> list[str]:
     """HTML of the figure that answers each sweep. `draw(name, figure, caption, …)` writes a figure."""
     figures = []
-    for sweep in sweeps_of(runs, choice):
+    for sweep in sweeps:
         for result in sweep.results[:1] if sweep.axes else []:
             figure, narrow = curves(sweep, result, WIDTH_INCHES), curves(sweep, result)
             text, table = caption(sweep, result, is_map=False), values_csv(sweep, result)
@@ -327,11 +326,11 @@ def first_figures(runs: Sequence[RunResult], draw: Draw, choice: Choice) -> list
     return figures
 
 
-def other_figures(runs: Sequence[RunResult], draw: Draw, choice: Choice) -> list[str]:
+def other_figures(sweeps: Sequence[SweepRecord], draw: Draw) -> list[str]:
     """HTML of every other result that varies over the swept keys, as curves, and of all of them as maps where two keys
     form a grid."""
     others, maps = [], []
-    for sweep in sweeps_of(runs, choice):
+    for sweep in sweeps:
         for result in sweep.results if sweep.axes else []:
             name, text = f"{sweep.name}_{result.key}", caption(sweep, result, is_map=False)
             if result is not sweep.results[0]:

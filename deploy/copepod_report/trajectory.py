@@ -26,7 +26,6 @@ _MOST_VALUES = 100_000_000  # of a quantity that is read whole for the sake of o
 _TRACE_BYTES = 64  # before our place in a file, to see whether it is still the same file
 
 COLUMNS = ("time_s", *itertools.chain(*_VECTORS.values()))  # beside step and body
-_Read = Callable[[], np.ndarray]
 
 
 def trajectory_in(directory: Path, name: str = "trajectory") -> Path:
@@ -51,9 +50,9 @@ class _Csv:
         self._trace = b""
         self._values = np.empty((0, 1, 1 + len(COLUMNS)))
 
-    def look(self, is_last: bool) -> tuple[np.ndarray, Callable[[int], _Read]]:
-        """Steps of the complete samples that are new, and what reads one of them. `is_last`: no more will come, so
-        that what there is of the first sample is all of it."""
+    def look(self, is_last: bool) -> np.ndarray:
+        """Steps of the complete samples that are new. `is_last`: no more will come, so that what there is of the first
+        sample is all of it."""
         rows = self._rows + self._new_lines()
         if not self._header and rows:
             self._header = next(csv.reader([rows.pop(0)]))
@@ -67,7 +66,11 @@ class _Csv:
             places = [self._header.index(name) for name in ("step", *COLUMNS)]
             table = np.loadtxt(rows[:whole], delimiter=",", usecols=places, quotechar='"', comments=None, ndmin=2)
             self._values = table.reshape(-1, size, len(places))
-        return self._values[:, 0, 0].astype(np.int64), lambda number: lambda: self._values[number, :, 1:]
+        return self._values[:, 0, 0].astype(np.int64)
+
+    def sample(self, number: int) -> np.ndarray:
+        """All numbers of one of the samples that the last look has found."""
+        return self._values[number, :, 1:]
 
     def read(self, quantity: str, samples: Any = slice(None), body: Any = slice(None)) -> np.ndarray:
         first = 1 + COLUMNS.index(_VECTORS[quantity][0])
@@ -106,9 +109,9 @@ class _Npy:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.bodies: list[str] = []
-        self._count = 0
+        self._known = self._count = 0  # samples at the last look but one, and at the last one
 
-    def look(self, is_last: bool) -> tuple[np.ndarray, Callable[[int], _Read]]:
+    def look(self, is_last: bool) -> np.ndarray:
         with open(self.path, "rb") as file:
             np.lib.format.read_magic(file)
             (count,), _, self._type = np.lib.format.read_array_header_1_0(file)
@@ -118,18 +121,19 @@ class _Npy:
             raise _Replaced
         if not self.bodies:
             self.bodies = self.path.with_name(f"{self.path.stem}_names.txt").read_text().splitlines()
-        first, self._count = self._count, count
-        return self._values("step", range(first, count)), lambda number: partial(self._sample, first + number)
+        self._known, self._count = self._count, count
+        return self._values("step", range(self._known, count))
+
+    def sample(self, number: int) -> np.ndarray:
+        samples = [self._known + number]
+        time_s = np.full((len(self.bodies), 1), self._values("time_s", samples))
+        return np.hstack([time_s, *(self.read(quantity, samples)[0] for quantity in _VECTORS)])
 
     def read(self, quantity: str, samples: Any = None, body: Any = slice(None)) -> np.ndarray:
         return self._values(_FIELDS[quantity], range(self._count) if samples is None else samples)[:, body]
 
     def times_s(self) -> np.ndarray:
         return self._values("time_s", range(self._count))
-
-    def _sample(self, number: int) -> np.ndarray:
-        time_s = np.full((len(self.bodies), 1), self._values("time_s", [number]))
-        return np.hstack([time_s, *(self.read(quantity, [number])[0] for quantity in _VECTORS)])
 
     def _values(self, field: str, samples: Iterable[int]) -> np.ndarray:
         """Of a field in these samples, shape (samples, …)."""
@@ -165,7 +169,7 @@ class Trajectory:
         self._form = _form_of(path)
         self.steps = self.time_s = np.empty(0, np.int64)
         if path.exists() or not may_be_empty:
-            self.steps, _ = self._form.look(is_last=True)
+            self.steps = self._form.look(is_last=True)
             self.time_s = self._form.times_s() if len(self) else self.time_s
         self.bodies = self._form.bodies
         self._values: dict[str, np.ndarray] = {}
@@ -228,7 +232,7 @@ class GrowingTrajectory:
     def bodies(self) -> list[str]:
         return self._form.bodies
 
-    def look(self, is_last: bool = False) -> Iterator[tuple[int, _Read]]:
+    def look(self, is_last: bool = False) -> Iterator[tuple[int, Callable[[], np.ndarray]]]:
         """Steps of the new samples; each with what reads the values of all bodies, shape (bodies, columns) as
         `COLUMNS`, until the next look. `is_last`: no more will come, so that what there is of the first is all of it.
 
@@ -238,10 +242,10 @@ class GrowingTrajectory:
             self._form = _form_of(path)
         try:
             try:
-                steps, sample = self._form.look(is_last)
+                steps = self._form.look(is_last)
             except _Replaced:
                 self.start_again()
-                steps, sample = self._form.look(is_last)
+                steps = self._form.look(is_last)
         except FileNotFoundError:  # not there yet
             return
         except (ValueError, LookupError):  # not such a table, or another file that begins in the same way
@@ -249,7 +253,7 @@ class GrowingTrajectory:
             raise
         for number, step in enumerate(steps):
             self.count += 1
-            yield int(step), sample(number)
+            yield int(step), partial(self._form.sample, number)
 
 
 def chosen_samples(count: int, most: int) -> np.ndarray:

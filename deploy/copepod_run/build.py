@@ -2,7 +2,6 @@
 
 import os
 import re
-import select
 import shlex
 import shutil
 import subprocess
@@ -10,9 +9,9 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import Any
 
 from copepod_run import packages
 from copepod_run.checkout import BUILD, PROGRAMS, ROOT, chosen_programs, program
@@ -23,7 +22,7 @@ from copepod_run.run_directory import Lock, take_lock
 _BYTES_PER_COMPILER = 1.5e9  # memory set aside for each g++ process
 _SHOWN_LINES = 40
 _MOMENT_S = 1.0  # a build that takes longer is announced
-_LOOK_EVERY_S = 0.2  # at a build that another process has under way
+_LOOK_EVERY_S = 0.2  # at a build that is under way
 _LOG = BUILD / "build.log"
 _OF_SOME_CASES = re.compile(rb"bullet|mujoco|in_process|campaign|\\\\")  # \\: a word may be spelled by codes
 _COUNTER = re.compile(rb"^\[(\d+)/(\d+)\]", re.MULTILINE)  # ninja's
@@ -34,18 +33,14 @@ def ensure_programs(options: Namespace | None = None) -> None:
 
     @param options  of a command about one case: programs that it does not need are then left for later
     """
-    some = options is not None and not _may_need_all(options)
-    ensure_targets(("copepod_services" if some else "copepod_programs", "copepod_python"))
-
-
-def _may_need_all(options: Namespace) -> bool:
-    """Whether a case, which nothing has read yet, may name an engine or run in one process."""
-    case = Path(options.case)
-    if case.exists() and not case.is_file():
-        return True  # a pipe can be read once only
-    words = [*options.set, options.fluid or "", options.body or ""]
-    text = case.read_bytes() if case.exists() else b""
-    return bool(_OF_SOME_CASES.search(text + " ".join(words).encode()))
+    programs = "copepod_programs"
+    if options is not None and (Path(options.case).is_file() or not Path(options.case).exists()):  # not a pipe
+        # Nothing has read the case yet: may it name an engine or run in one process?
+        text = Path(options.case).read_bytes() if Path(options.case).exists() else b""
+        words = [*options.set, options.fluid or "", options.body or ""]
+        if not _OF_SOME_CASES.search(text + " ".join(words).encode()):
+            programs = "copepod_services"
+    ensure_targets((programs, "copepod_python"))
 
 
 def ensure_targets(targets: Sequence[str] = ()) -> None:
@@ -65,7 +60,9 @@ def ensure_targets(targets: Sequence[str] = ()) -> None:
     BUILD.mkdir(exist_ok=True)
     with _one_build_at_a_time():
         if not _is_configured():
-            _configure()
+            with Stage("configuring"), open(_LOG, "wb") as log:
+                if packages.run_into(log, ["cmake", "--fresh", "--preset", "release"], cwd=ROOT) != 0:
+                    raise Stop(ExitCode.FAILED, _failure("cmake could not configure the build"))
         _build(targets)
 
 
@@ -84,11 +81,17 @@ def _only_its_owner_builds() -> bool:
 
 @contextmanager
 def _one_build_at_a_time() -> Iterator[None]:
-    """Lock on a file that names the command that builds."""
+    """Lock on a file that names the command that builds; while another one does, shows which, and how far it is."""
     with open(BUILD / "builder", "a+") as builder:
         found = take_lock(builder.fileno())
-        if found is Lock.HELD:
-            found = _wait_for_other_build(builder)
+        while found is Lock.HELD:
+            builder.seek(0)
+            since = os.fstat(builder.fileno()).st_mtime
+            other = f"{builder.read()}, started {elapsed_text(time.time() - since)} ago)"
+            with Stage(f"waiting for the build of another command: {other}; log: {_LOG}") as stage:
+                while since == os.fstat(builder.fileno()).st_mtime and found is Lock.HELD:
+                    stage.count(*_progress_in_log())
+                    found = take_lock(builder.fileno(), _LOOK_EVERY_S)
         if found is Lock.IMPOSSIBLE:
             say(f"{BUILD} cannot be locked (its file system has no locks). Let no other copepod build there now.")
         words = sys.orig_argv
@@ -97,20 +100,6 @@ def _one_build_at_a_time() -> Iterator[None]:
         builder.write(f"{shlex.join(command)} (process {os.getpid()}")
         builder.flush()
         yield
-
-
-def _wait_for_other_build(builder: IO[str]) -> Lock:
-    """Until the lock is free; shows which command builds now, and how far it is."""
-    found = Lock.HELD
-    while found is Lock.HELD:
-        builder.seek(0)
-        since = os.fstat(builder.fileno()).st_mtime
-        other = f"{builder.read()}, started {elapsed_text(time.time() - since)} ago)"
-        with Stage(f"waiting for the build of another command: {other}; log: {_LOG}") as stage:
-            while since == os.fstat(builder.fileno()).st_mtime and found is Lock.HELD:
-                stage.count(*_progress_in_log())
-                found = take_lock(builder.fileno(), _LOOK_EVERY_S)
-    return found
 
 
 def _progress_in_log() -> tuple[int, int]:
@@ -133,56 +122,30 @@ def _is_configured() -> bool:
     return (BUILD / "build.ninja").exists() and f"CMAKE_HOME_DIRECTORY:INTERNAL={ROOT}\n" in cache
 
 
-def _configure() -> None:
-    with Stage("configuring"), open(_LOG, "wb") as log:
-        if packages.run_into(log, ["cmake", "--fresh", "--preset", "release"], cwd=ROOT) != 0:
-            raise Stop(ExitCode.FAILED, _failure("cmake could not configure the build"))
-
-
 def _build(targets: Sequence[str]) -> None:
     """Runs ninja; prints nothing if that is over in a moment."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     jobs = max(1, min(len(os.sched_getaffinity(0)), int(memory / _BYTES_PER_COMPILER)))
-    ninja = subprocess.Popen(
-        ["ninja", "-C", str(BUILD), "-j", str(jobs), *targets],
-        env={**os.environ, "NINJA_STATUS": "[%f/%t] "},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-    )
-    assert ninja.stdout is not None
-    try:
-        beginning = _output_of_first_moment(ninja, ninja.stdout)
-        if ninja.poll() == 0:
-            return
-        with Stage(f"building (log: {_LOG})") as stage:
-            with open(_LOG, "wb") as log:
-                log.write(beginning)
-                for line in iter(ninja.stdout.readline, b""):
-                    log.write(line)
-                    log.flush()
-                    if counter := _COUNTER.match(line):
-                        stage.count(int(counter[1]), int(counter[2]))
-            if ninja.wait() != 0:
-                raise Stop(ExitCode.FAILED, _failure("the build failed"))
-    finally:
-        if ninja.poll() is None:
+    command = ["ninja", "-C", str(BUILD), "-j", str(jobs), *targets]
+    streams: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stderr": subprocess.STDOUT}
+    environment = {**os.environ, "NINJA_STATUS": "[%f/%t] "}
+    with open(_LOG, "wb") as log, subprocess.Popen(command, stdout=log, env=environment, **streams) as ninja:
+        try:
+            if _ends_within(_MOMENT_S, ninja) and ninja.returncode == 0:
+                return
+            with Stage(f"building (log: {_LOG})") as stage:
+                while not _ends_within(_LOOK_EVERY_S, ninja):
+                    stage.count(*_progress_in_log())
+                if ninja.returncode != 0:
+                    raise Stop(ExitCode.FAILED, _failure("the build failed"))
+        finally:
             ninja.terminate()
-        ninja.wait()
-        ninja.stdout.close()
 
 
-def _output_of_first_moment(process: subprocess.Popen[bytes], stdout: IO[bytes]) -> bytes:
-    """What the process writes before it ends, or until it is clear that it has real work to do."""
-    output = b""
-    deadline = time.monotonic() + _MOMENT_S
-    while (left := deadline - time.monotonic()) > 0 and select.select([stdout], [], [], left)[0]:
-        received = os.read(stdout.fileno(), 65536)
-        if not received:
-            process.wait()
-            break
-        output += received
-    return output
+def _ends_within(seconds: float, process: subprocess.Popen[bytes]) -> bool:
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    return process.returncode is not None
 
 
 def _failure(what: str) -> str:

@@ -10,12 +10,9 @@ from urllib.parse import unquote, urlsplit
 
 _PYTHON = Path(__file__).resolve().parent.parent  # the folder of this package and its neighbours
 _IS_CHECKOUT = (_PYTHON.parent / "deploy/copepod").exists()
-
-
-def _prefix() -> Path | None:
-    """Where a package was installed, as /usr, with Python's part in lib/python3/dist-packages; None in a checkout."""
-    prefix = _PYTHON.parent.parent.parent
-    return prefix if not _IS_CHECKOUT and (prefix / "libexec/copepod").is_dir() else None
+_OF_PACKAGE = _PYTHON.parent.parent.parent  # as /usr, with Python's part in lib/python3/dist-packages
+# Where a package was installed; None in a checkout.
+PREFIX = _OF_PACKAGE if not _IS_CHECKOUT and (_OF_PACKAGE / "libexec/copepod").is_dir() else None
 
 
 def _root() -> Path:
@@ -28,7 +25,6 @@ def _root() -> Path:
     return Path(unquote(urlsplit(json.loads(record).get("url", "")).path))
 
 
-PREFIX = _prefix()
 ROOT = _root()
 BUILD = ROOT / "build"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "copepod") if PREFIX else BUILD

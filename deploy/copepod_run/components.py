@@ -160,17 +160,7 @@ def _require_programs(plan: Plan) -> None:
 
 def announces(command: Sequence[str], feature: str) -> bool:
     """Whether a component can be asked and announces `feature`."""
-    return shutil.which(command[0]) is not None and feature in ask(tuple(command)).features
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What `COMMAND --capabilities` printed; `problem`: why it cannot be read."""
-
-    name: str = ""
-    role: str = ""
-    features: Sequence[str] = ()
-    problem: str = ""
+    return shutil.which(command[0]) is not None and feature in ask(tuple(command)).get("features", [])
 
 
 def run_to_answer(command: Sequence[str], within_s: float, given: bytes = b"") -> tuple[Any, int, str]:
@@ -188,56 +178,50 @@ def run_to_answer(command: Sequence[str], within_s: float, given: bytes = b"") -
 
 
 @functools.cache
-def ask(command: tuple[str, ...]) -> Answer:
-    """A component's capabilities. Raises Stop(2) if the command cannot be started."""
+def ask(command: tuple[str, ...]) -> dict[str, Any]:
+    """A component's name, role and features; or why they cannot be read, as `problem`. Raises Stop(2) if the command
+    cannot be started."""
     try:
         read, _, errors = run_to_answer([*command, "--capabilities"], _ANSWER_WITHIN_S)
     except OSError as problem:
         raise BadCase(f"a component cannot be started ({problem}). Check this command: {shlex.join(command)}") from None
     except subprocess.TimeoutExpired:
-        return Answer(problem=f"it does not answer --capabilities within {_ANSWER_WITHIN_S} s")
+        return {"problem": f"it does not answer --capabilities within {_ANSWER_WITHIN_S} s"}
     if isinstance(read, dict):
-        return Answer(read.get("name", shlex.join(command)), read.get("role", ""), read.get("features", []))
+        return {"name": shlex.join(command), "role": "", "features": []} | read | {"problem": ""}
     lines = errors.strip().splitlines()
     last = f" but with: {lines[-1].strip()}" if lines else ""
-    return Answer(problem=f"it does not answer --capabilities with JSON{last}")
+    return {"problem": f"it does not answer --capabilities with JSON{last}"}
 
 
-def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> list[str]:
-    """What keeps components from taking part in the run."""
-    return [
-        problem
-        for role in (plan.roles if roles is None else roles)
-        if role not in plan.unasked
-        for problem in _problems_of(plan, role)
-    ]
-
-
-def _problems_of(plan: Plan, role: str) -> Iterator[str]:
-    """The component does not answer, has another role, or can do less than the case needs."""
-    command = program_of(plan, role)
-    if role not in plan.commands and not Path(command[0]).exists():
-        return  # a folder of programs for runs in one process need not hold it
-    answer = ask(tuple(command))
-    if answer.problem:
-        yield (
-            f"{shlex.join(command)} cannot be used as {role} component ({answer.problem}). "
-            "Give the command of a component, see docs/adding_a_component.md."
-        )
-        return
-    name, features = answer.name, answer.features
-    if answer.role not in ("controller" if role in plan.controllers else role, ""):
-        remedy = f"Use --{answer.role}" if answer.role in ROLES else "Name it in the case's controllers"
-        yield f"{name} cannot be used as {role} component (it is a {answer.role} component). {remedy}."
-        return
-    for feature, accepted in plan.requires.get(role, {}).items():
-        if not set(accepted) & set(features):
-            misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
+def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> Iterator[str]:
+    """What keeps components from taking part in the run: one does not answer, has another role, or can do less than the
+    case needs."""
+    for role in plan.roles if roles is None else roles:
+        command = program_of(plan, role)
+        # A folder of programs for runs in one process need not hold our own.
+        if role in plan.unasked or role not in plan.commands and not Path(command[0]).exists():
+            continue
+        answer = ask(tuple(command))
+        if answer["problem"]:
             yield (
-                f"the case needs «{feature}» ({name} does not announce it"
-                + (f", but «{misspelt[0]}»" if misspelt else "")
-                + f"). Change the case, or use another --{role} component."
+                f"{shlex.join(command)} cannot be used as {role} component ({answer['problem']}). "
+                "Give the command of a component, see docs/adding_a_component.md."
             )
+            continue
+        name, announced, features = answer["name"], answer["role"], answer["features"]
+        if announced not in ("controller" if role in plan.controllers else role, ""):
+            remedy = f"Use --{announced}" if announced in ROLES else "Name it in the case's controllers"
+            yield f"{name} cannot be used as {role} component (it is a {announced} component). {remedy}."
+            continue
+        for feature, accepted in plan.requires.get(role, {}).items():
+            if not set(accepted) & set(features):
+                misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
+                yield (
+                    f"the case needs «{feature}» ({name} does not announce it"
+                    + (f", but «{misspelt[0]}»" if misspelt else "")
+                    + f"). Change the case, or use another --{role} component."
+                )
 
 
 def environment(scratch: Scratch, ranks: int) -> dict[str, str]:

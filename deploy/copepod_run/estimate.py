@@ -54,25 +54,23 @@ def memory_of(plan: Plan) -> list[Memory]:
     known = plan.estimate.get("memory_of", {})
     coupler = [Memory("coupler", 1, known["coupler_bytes"])] if known.get("coupler_bytes") else []
     if plan.transport == components.IN_PROCESS:  # the coupler's figure is the whole process but what ranks add
-        command = [str(program("in_process_run")), "--estimate", "--ranks", str(plan.fluid_ranks)]
-        ranks = _ask("fluid", command, bytes.fromhex(plan.setups["fluid"]), plan.fluid_ranks)
+        ranks = _ask(plan, "fluid", [str(program("in_process_run"))])
         return ([ranks] if ranks.total else []) + coupler
     found = []
     for role in components.ROLES:
-        if role in plan.unasked:
-            continue
-        command, processes = components.program_of(plan, role), plan.fluid_ranks if role == "fluid" else 1
+        command = components.program_of(plan, role)
         # The services of this build estimate; asking them for their capabilities first would take longer than that.
         is_ours = role not in plan.commands and not chosen_programs()
-        if is_ours or components.announces(command, "estimate"):
-            setup = bytes.fromhex(plan.setups[role])
-            found.append(_ask(role, [*command, "--estimate", "--ranks", str(processes)], setup, processes))
+        if role not in plan.unasked and (is_ours or components.announces(command, "estimate")):
+            found.append(_ask(plan, role, command))
     return found + coupler
 
 
-def _ask(role: str, command: Sequence[str], setup: bytes, processes: int) -> Memory:
+def _ask(plan: Plan, role: str, command: Sequence[str]) -> Memory:
+    processes = plan.fluid_ranks if role == "fluid" else 1
+    words = [*command, "--estimate", "--ranks", str(processes)]
     try:
-        read, code, errors = components.run_to_answer(command, _ANSWER_WITHIN_S, setup)
+        read, code, errors = components.run_to_answer(words, _ANSWER_WITHIN_S, bytes.fromhex(plan.setups[role]))
         if code == 0:
             return Memory(role, processes, int(read["memory_bytes"]), str(read.get("problem", "")))
     except (OSError, ValueError, KeyError, TypeError, subprocess.TimeoutExpired) as problem:

@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -204,12 +204,24 @@ def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
     lines += [f"  {name:<20}{value}" for name, value in run_rows(summary)]
     swimmers = measured(summary)
     for swimmer in swimmers if len(swimmers) <= MOST_TABLES else []:
-        lines += ["", *_swimmer_lines(swimmer)]
-    rows = swarm_rows(summary)
-    if rows:
-        lines += ["", f"  {len(summary['swimmers'])} swimmers in their last full cycles"]
-        lines += [f"    {label:<34}{number_text(value):>{_COLUMN}}  {unit}".rstrip() for label, unit, value in rows]
+        name, (headings, rows) = swimmer.get("name", "swimmer"), swimmer_table(swimmer)
+        note = at(swimmer, "kinematics.note")
+        none = [f"  {name}: {reason_without_rows(swimmer)}"]
+        lines += ["", *(_table_lines(name, headings, rows, note) if rows else none)]
+    if swarm := [(label, number_text(value), unit) for label, unit, value in swarm_rows(summary)]:
+        lines += ["", *_table_lines(f"{len(summary['swimmers'])} swimmers in their last full cycles", (), swarm)]
     return "\n".join(lines)
+
+
+def _table_lines(
+    title: str, headings: Sequence[str], rows: Iterable[Sequence[str]], note: str | None = None
+) -> list[str]:
+    lines = [f"  {title:<36}{''.join(f'{heading:>{_COLUMN}}' for heading in headings)}".rstrip()]
+    if note:
+        lines.append(f"    ({note})")
+    for label, *values, unit in rows:
+        lines.append(f"    {label:<34}{''.join(f'{value:>{_COLUMN}}' for value in values)}  {unit}".rstrip())
+    return lines
 
 
 def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -238,19 +250,20 @@ def run_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def swimmer_rows(swimmer: Mapping[str, Any]) -> list[tuple[str, str, Any, dict[str, Any]]]:
-    """(name, unit, value, {heading: value}) of all figures that a swimmer has."""
+def swimmer_table(swimmer: Mapping[str, Any]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """(headings, rows) of all figures that a swimmer has: a row has its label, a value below each heading, its unit."""
     others = {heading: swimmer.get(column) for column, heading in _OTHER_COLUMNS if swimmer.get(column)}
     has_figures_of_paper = at(swimmer, "u_swim_m_per_s") is not None
     kinematics = _with_derived(swimmer.get("kinematics") or {})
-    selected = [(key, name, unit, at(swimmer, key)) for key, name, unit in _SWIMMER_ROWS]
+    selected = [(key, label, unit, at(swimmer, key)) for key, label, unit in _SWIMMER_ROWS]
     general = _KINEMATICS_ROWS if has_figures_of_paper else _KINEMATICS_ROWS + _GENERAL_ROWS
-    selected += [("", name, unit, at(kinematics, key)) for key, name, unit in general]
-    return [
-        (name, unit, value, {heading: at(column, key) for heading, column in others.items()})
-        for key, name, unit, value in selected
-        if value is not None
-    ]
+    selected += [("", label, unit, at(kinematics, key)) for key, label, unit in general]
+    rows = []
+    for key, label, unit, value in selected:
+        beside = (at(column, key) for column in others.values())
+        if value is not None:
+            rows.append((label, number_text(value), *("" if one is None else number_text(one) for one in beside), unit))
+    return ["this run", *others], rows
 
 
 def reason_without_rows(swimmer: Mapping[str, Any]) -> str:
@@ -285,23 +298,6 @@ def _with_derived(kinematics: Mapping[str, Any]) -> dict[str, Any]:
         "mean_arms_um": [1e6 * arm["mean_m"] for arm in arms] if 0 < len(arms) <= 4 else None,
         "amplitudes_um": [1e6 * arm["amplitude_m"] for arm in arms] if 0 < len(arms) <= 4 else None,
     }
-
-
-def _swimmer_lines(swimmer: Mapping[str, Any]) -> list[str]:
-    rows = swimmer_rows(swimmer)
-    name = swimmer.get("name", "swimmer")
-    if not rows:
-        return [f"  {name}: {reason_without_rows(swimmer)}"]
-    headings = list(rows[0][3])
-    lines = [f"  {name:<36}{'this run':>{_COLUMN}}" + "".join(f"{heading:>{_COLUMN}}" for heading in headings)]
-    if note := at(swimmer, "kinematics.note"):
-        lines.append(f"    ({note})")
-    for label, unit, value, others in rows:
-        beside = "".join(
-            f"{number_text(others[heading]) if others[heading] is not None else '':>{_COLUMN}}" for heading in headings
-        )
-        lines.append(f"    {label:<34}{number_text(value):>{_COLUMN}}{beside}  {unit}".rstrip())
-    return lines
 
 
 def markdown_table(heads: str, rows: Iterable[str]) -> str:

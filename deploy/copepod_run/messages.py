@@ -43,15 +43,6 @@ class _Output(io.TextIOWrapper):
     write_as_it_is = io.TextIOWrapper.write
 
 
-def _encoding_of_locale() -> str:
-    """UTF-8, too, for a locale that is not installed here: it names a terminal elsewhere, and C has no «µ»."""
-    try:
-        locale.setlocale(locale.LC_CTYPE, "")
-    except locale.Error:
-        return "utf-8"
-    return locale.getencoding()
-
-
 def open_outputs() -> None:
     """Makes standard output and error usable in any locale and if they are closed; for Python programs started, too."""
     for descriptor in (0, 1, 2):
@@ -60,7 +51,12 @@ def open_outputs() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # the lowest that is free: this one
     encoding, _, _ = os.environ.get("PYTHONIOENCODING", "").partition(":")
-    encoding = encoding or _encoding_of_locale()
+    if not encoding:
+        try:
+            locale.setlocale(locale.LC_CTYPE, "")
+            encoding = locale.getencoding()
+        except locale.Error:  # one that is not installed here: it names a terminal elsewhere, and C has no «µ»
+            encoding = "utf-8"
     os.environ["PYTHONIOENCODING"] = f"{encoding}:replace"
     for name, descriptor in (("stdout", 1), ("stderr", 2)):
         buffer = open(descriptor, "wb", closefd=False)

@@ -42,15 +42,13 @@ def distinct_folders(names: Sequence[str], identities: Sequence[str], taken: Seq
 def distinct_words(names: Sequence[str]) -> list[str]:
     """A word of ASCII letters, digits, dashes and underscores for each name, no two alike even where case does not
     count: for anchors of a page and the files beside it."""
-    words: list[str] = []
-    taken: set[str] = set()
+    words: dict[str, str] = {}  # by what they are where case does not count
     for name in names:
         word = re.sub(r"[^A-Za-z0-9_-]+", "_", name).strip("_") or "run"
         numbered = itertools.chain([word], (f"{word}_{number}" for number in itertools.count(2)))
-        unique = next(candidate for candidate in numbered if candidate.casefold() not in taken)
-        taken.add(unique.casefold())
-        words.append(unique)
-    return words
+        unique = next(candidate for candidate in numbered if candidate.casefold() not in words)
+        words[unique.casefold()] = unique
+    return list(words.values())
 
 
 _UNITS = {

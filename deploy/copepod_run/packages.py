@@ -68,8 +68,16 @@ def ensure(names: Sequence[str] = BUILD_AND_RUN) -> None:
         return
     BUILD.mkdir(exist_ok=True)
     log_path = BUILD / "packages.log"
+    install = ["install", "-y", "--no-install-recommends", *wanted]
+    has_lists = any(Path("/var/lib/apt/lists").glob("*_Packages*"))
     with Stage(f"installing {len(wanted)} Debian packages (log: {log_path})"), open(log_path, "wb") as log:
-        _install(wanted, log)
+        if has_lists and _apt_get(install, log) == 0:
+            return
+        _apt_get(["update"], log)  # they may also be outdated
+        if _apt_get(install, log) != 0:
+            raise BadCase(
+                f"apt-get could not install the packages (see {log.name}). Try: apt-get install -y {' '.join(wanted)}"
+            )
 
 
 def require(names: Sequence[str], reason: str) -> None:
@@ -79,19 +87,6 @@ def require(names: Sequence[str], reason: str) -> None:
         raise BadCase(
             f"{len(wanted)} Debian packages are missing ({reason}). "
             f"Run: {root}apt-get install -y {' '.join(wanted)}"
-        )
-
-
-def _install(wanted: Sequence[str], log: BinaryIO) -> None:
-    """apt-get install; package lists are fetched first where there are none, or when the first try fails."""
-    if not any(Path("/var/lib/apt/lists").glob("*_Packages*")):
-        _apt_get(["update"], log)
-    if _apt_get(["install", "-y", "--no-install-recommends", *wanted], log) == 0:
-        return
-    _apt_get(["update"], log)
-    if _apt_get(["install", "-y", "--no-install-recommends", *wanted], log) != 0:
-        raise BadCase(
-            f"apt-get could not install the packages (see {log.name}). Try: apt-get install -y {' '.join(wanted)}"
         )
 
 

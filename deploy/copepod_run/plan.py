@@ -55,21 +55,38 @@ class CampaignPlan:
 
 
 def case_arguments(options: Namespace) -> list[str]:
-    """Arguments that give the coupler the case as specified by the user."""
+    """Arguments that give the coupler the case or campaign as specified by the user."""
     arguments = [options.case]
     for setting in options.set:
         arguments += ["--set", setting]
     for name in ("ranks", "fluid", "body"):
-        if getattr(options, name) is not None:
-            arguments += [f"--{name}", str(getattr(options, name))]
+        if (value := getattr(options, name, None)) is not None:
+            arguments += [f"--{name}", str(value)]
     return arguments
 
 
 def request(options: Namespace, asked: Sequence[str] = ()) -> Plan | CampaignPlan:
     """Asks the coupler about a file. Raises Stop(2) with its list of errors if it is bad."""
-    text = _ask_coupler(["--plan", *case_arguments(options), *asked])
+    command = [str(program("coupler")), "--plan", *case_arguments(options), *asked]
+    try:  # errors quote the file, whatever it holds
+        answer = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace")
+    except OSError as problem:
+        raise Stop(
+            ExitCode.FAILED,
+            f"{command[0]} cannot be started ({problem.strerror}). If a build is under way, wait for it; "
+            "otherwise run: copepod setup",
+        ) from None
+    if answer.returncode == ExitCode.BAD_CASE:
+        raise Stop(ExitCode.BAD_CASE, errors=answer.stderr)
+    say_lines(answer.stderr)
+    if answer.returncode != 0:
+        raise Stop(
+            ExitCode.SOLVER_FAILED,
+            f"coupler --plan ended with code {answer.returncode} "
+            "(a defect: it should have named the error in the file). Please report it.",
+        )
     try:
-        plan = json.loads(text)
+        plan = json.loads(answer.stdout)
         return CampaignPlan(plan["name"], plan["jobs"], plan["cases"]) if "cases" in plan else _plan_of_case(plan)
     except (ValueError, KeyError, TypeError) as problem:
         raise Stop(
@@ -103,53 +120,12 @@ def request_plan(options: Namespace, asked: Sequence[str] = ()) -> Plan:
     return plan
 
 
-def check_beginning(options: Namespace, beginning: Sequence[str]) -> None:
-    """Raises Stop(2) if the case cannot begin so."""
-    _ask_coupler(["--plan", *case_arguments(options), *beginning])
-
-
 def plan_of(file: str | Path, settings: Sequence[str] = (), asked: Sequence[str] = ()) -> Plan:
     """Plan of a case file; `asked`: "--surfaces" if pages draw it. Raises Stop(2) if it is bad or missing."""
-    return request_plan(Namespace(case=str(file), set=settings, ranks=None, fluid=None, body=None), asked)
+    return request_plan(Namespace(case=str(file), set=settings), asked)
 
 
 def drawn_case(file: str | Path) -> dict[str, Any]:
     """The resolved case in `file`, and `surfaces`: what pages draw of it. Raises Stop(2) if it is bad or missing."""
     plan = plan_of(file, asked=["--surfaces"])
     return {**plan.case, "surfaces": plan.surfaces}
-
-
-def request_campaign(file: str, settings: Sequence[str] = ()) -> CampaignPlan:
-    """Of a campaign file; `settings` are for every case."""
-    plan = request(Namespace(case=file, set=settings, ranks=None, fluid=None, body=None))
-    if isinstance(plan, Plan):
-        raise BadCase(f"{file} is a case (it lists no cases). Run it with: copepod run {file}")
-    return plan
-
-
-def _ask_coupler(arguments: Sequence[str]) -> str:
-    """What the coupler prints. Raises Stop(2) with its list of errors."""
-    try:
-        answer = subprocess.run(
-            [str(program("coupler")), *arguments],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",  # errors quote the file, whatever it holds
-        )
-    except OSError as problem:
-        raise Stop(
-            ExitCode.FAILED,
-            f"{program('coupler')} cannot be started ({problem.strerror}). If a build is under way, wait for it; "
-            "otherwise run: copepod setup",
-        ) from None
-    if answer.returncode == ExitCode.BAD_CASE:
-        raise Stop(ExitCode.BAD_CASE, errors=answer.stderr)
-    say_lines(answer.stderr)
-    if answer.returncode != 0:
-        raise Stop(
-            ExitCode.SOLVER_FAILED,
-            f"coupler {arguments[0]} ended with code {answer.returncode} "
-            "(a defect: it should have named the error in the file). Please report it.",
-        )
-    return answer.stdout

@@ -48,21 +48,16 @@ class Looker:
             if rank is not None:
                 self._ranks[pid] = rank
             if state == "T":
-                yield self.stopped(pid)
+                variables, program = environment_of(pid), "ended"
+                with suppress(OSError):
+                    program = Path("/proc", str(pid), "comm").read_text().strip()
+                component = variables.get(COMPONENT, "guard")  # or its connection
+                rank = variables.get("OMPI_COMM_WORLD_RANK", "" if component == "guard" else "0")
+                yield Wrong(self._host, pid, "stopped", component, rank, program)
         if fluid_lives:
             for pid, rank in self._ranks.items():
                 if states.get(pid) in ENDED:
                     yield Wrong(self._host, pid, "ended", "fluid", rank, "")
-
-    def stopped(self, pid: int) -> Wrong:
-        variables = environment_of(pid)
-        try:
-            program = Path("/proc", str(pid), "comm").read_text().strip()
-        except OSError:
-            program = "ended"
-        component = variables.get(COMPONENT, "guard")  # or its connection
-        rank = variables.get("OMPI_COMM_WORLD_RANK", "" if component == "guard" else "0")
-        return Wrong(self._host, pid, "stopped", component, rank, program)
 
 
 class Attention:

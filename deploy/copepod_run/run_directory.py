@@ -93,11 +93,6 @@ def replace_text(path: Path, text: str) -> None:
                 file.truncate()
 
 
-def has_checkpoint(path: Path) -> bool:
-    """Whether there is a complete one."""
-    return last_checkpoint_step(path) >= 0
-
-
 def last_checkpoint_step(path: Path) -> int:
     """Step of the last complete checkpoint, whose manifest is written last; -1 if there is none."""
     manifests = (path / "checkpoints").glob("step_*/manifest.json")
@@ -210,7 +205,7 @@ def reopen(name: str, out: str | None) -> RunDirectory:
         where = out if out is not None else f"runs/{name}"
         raise BadCase(f"{where} does not hold a run (no case.yaml). Start it without --resume.")
     directory = RunDirectory(path)
-    if not has_checkpoint(path):
+    if last_checkpoint_step(path) < 0:
         directory.close()
         raise BadCase(
             f"{path} cannot be resumed (it holds no checkpoint). Start again without --resume, in a new folder."

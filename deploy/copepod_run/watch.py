@@ -64,13 +64,11 @@ class Watch:
 
     def wait(self) -> Ending:
         """Ending of the run; processes may still be alive then."""
-        while True:
-            ending = self._ending()
-            if ending is not None:
-                return ending
+        while (ending := self._ending()) is None:
             self._look_at_processes()
             until = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
             self._turn(max(0.0, until - time.monotonic()))
+        return ending
 
     def wait_for_coupler(self, patience_s: float, checkpoint_patience_s: float) -> None:
         """After a signal: until the coupler has closed its files, longer if it writes a checkpoint."""
@@ -99,21 +97,16 @@ class Watch:
         if time.monotonic() < self._next_look:
             return
         trouble = self._launcher.look()
-        self._end_mpirun_that_is_stuck()
+        if self._reported_by_living_mpirun() is not None:
+            # An mpirun whose rank was killed while MPI started reports that, and may then hang in PMIx_server_finalize.
+            self._mpirun_reported_at = self._mpirun_reported_at or time.monotonic()
+            if time.monotonic() - self._mpirun_reported_at >= _AFTER_MPIRUN_REPORT_S:
+                self._alive["fluid"].send(signal.SIGKILL)  # its exit is taken from its report
         self._next_look = time.monotonic() + LOOK_EVERY_S
         if trouble is None or self._signals.received:
             return
         self._reported = replace(trouble, step=self._reported.step) if self._reported else trouble
         self._decide_within(0.0)
-
-    def _end_mpirun_that_is_stuck(self) -> None:
-        """An mpirun whose rank was killed while MPI started reports that, and may then hang in PMIx_server_finalize."""
-        if self._reported_by_living_mpirun() is None:
-            return
-        now = time.monotonic()
-        self._mpirun_reported_at = self._mpirun_reported_at or now
-        if now - self._mpirun_reported_at >= _AFTER_MPIRUN_REPORT_S:
-            self._alive["fluid"].send(signal.SIGKILL)  # its exit is taken from its report
 
     def _reported_by_living_mpirun(self) -> Exit | None:
         """Exit of the rank whose end mpirun has reported while it has not ended itself."""

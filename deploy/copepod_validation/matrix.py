@@ -6,7 +6,7 @@ import platform
 import re
 import textwrap
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from string import Template
@@ -35,14 +35,15 @@ def run(options: Namespace, again: str) -> dict[str, Section]:
     Raises Stop(2) for an unknown name, or as a campaign does.
     """
     cases, schemes = options.cases or list(CASES), options.schemes or list(SCHEMES)
-    _require(cases, CASES, "case")
-    _require(schemes, SCHEMES, "scheme")
+    for what, names, known in (("case", cases, list(CASES)), ("scheme", schemes, list(SCHEMES))):
+        if unknown := [name for name in names if name not in known]:
+            raise BadCase(f"{unknown[0]} is not a {what} of the matrix. Choose from: {', '.join(known)}.")
     chosen = {
         case: [one for scheme in schemes for one in experiments(CASES[case], scheme, options.fast)] for case in cases
     }
     items = [_written(experiment, options.fluid) for found in chosen.values() for experiment in found]
     fixed = Namespace(out=FOLDER, rerun_other_builds=True, keep_going=True, json=False)
-    campaign.run_items("validation", items, options.jobs, fixed, lambda _: again, lambda all: f"{len(all)} runs")
+    campaign.run_items("validation", items, options.jobs, fixed, again, lambda all: f"{len(all)} runs")
 
     def measured(case: str, one: Experiment) -> Any:
         return CASES[case].evaluate(Trajectory(FOLDER / one.name, may_be_empty=True), one.point)  # arrays of obstacles
@@ -52,12 +53,6 @@ def run(options: Namespace, again: str) -> dict[str, Section]:
         for case, found in chosen.items()
         if found
     }
-
-
-def _require(names: Sequence[str], known: dict[str, Any], what: str) -> None:
-    for name in names:
-        if name not in known:
-            raise BadCase(f"{name} is not a {what} of the matrix. Choose from: {', '.join(known)}.")
 
 
 def _written(experiment: Experiment, fluid: str | None) -> dict[str, Any]:

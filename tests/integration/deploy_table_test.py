@@ -92,7 +92,13 @@ class ResultTable(unittest.TestCase):
             "swimmers": [{**SWIMMER, "as_in_paper": {"efficiency": 1.1e-3}, "published": {"efficiency": 10.44e-4}}],
         }
         self.assertEqual(self.row("efficiency", summary), ["efficiency", "0.00052", "0.0011", "0.001044"])
-        self.assertIn("paper's way", result_table(summary, "runs/a"))
+        self.assertEqual(self.row("this run", summary)[1:], ["this", "run", "paper's", "way", "published"])
+
+    def test_a_note_stands_below_the_name(self):
+        noted = {**SWIMMER, "kinematics": {"note": "too few samples"}}
+        lines = result_table({**SUMMARY, "swimmers": [noted]}, "runs/a").splitlines()
+        name = next(number for number, line in enumerate(lines) if "this run" in line)
+        self.assertEqual(lines[name + 1], "    (too few samples)")
 
     def test_swimmer_that_was_not_analysed_says_so(self):
         swimmer = {**{key: None for key in SWIMMER}, "name": "short", "analysed": False}

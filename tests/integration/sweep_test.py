@@ -217,10 +217,10 @@ class ReportOfASweep(CommandTest):
         self.assertEqual(session.end(timeout_s=100), 0, "".join(session.stderr))
         return (self.folder / "report/report.html").read_text()
 
-    def read(self, choice=sweeps.Choice()):
+    def read(self, **choice):
         runs = collect(self.folder / "sweep", lambda path: json.loads(path.read_text())["case"])
         name_apart(runs)
-        (sweep,) = sweeps.sweeps_of(runs, choice)
+        (sweep,) = sweeps.sweeps_of(runs, **choice)
         return sweep
 
     def write_distances(self, count=3):
@@ -306,7 +306,7 @@ class ReportOfASweep(CommandTest):
             ("--y", "d1"): "s: d1 [cells] over x of the center, a curve for each value of phase.",
             ("--x", "phase", "--y", "d1_cells"): "s: d1 [cells] over phase, a curve for each value of x of the center.",
         }.items():
-            sweep = self.read(sweeps.Choice(**{key[2:]: value for key, value in zip(options[::2], options[1::2])}))
+            sweep = self.read(**{key[2:]: value for key, value in zip(options[::2], options[1::2])})
             self.assertTrue(sweeps.caption(sweep, sweep.results[0], is_map=False).startswith(first[:-1]), first)
         self.assertIn(
             "<figcaption>s: d1 [cells] over phase, ", self.report("--x", "phase", "--y", "d1").partition("<h2>")[0]
