@@ -303,7 +303,8 @@ class ServicesTest(unittest.TestCase):
         self.assertEqual([run.summary["ranks"] for run in runs], [2, 1, 2])
         for run in runs[1:]:
             self.assertTrue(run.trajectory.equals(runs[0].trajectory))
-            self.assertTrue((self.folder / "1/logs/body.log").exists())
+        for log in ("1/logs/body.log", "2/logs/body.log", "2/logs/fluid.log"):
+            self.assertIn("Ending with exit code 0.", (self.folder / log).read_text())
 
     def test_components_in_python_and_a_controller_return_too(self):
         pilot = [sys.executable, f"{ROOT}/examples/python/triangle_pilot.py"]
