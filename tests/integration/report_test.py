@@ -307,6 +307,7 @@ class Report(CommandTest):
         np.testing.assert_allclose(picture.velocity_across_m_per_s[:, 15], 1e-3)
         self.assertAlmostEqual(self.chosen(plane="xz", at_m=6.2e-6).at_m, 6.5e-6)  # the centre of its layer of cells
         np.testing.assert_allclose(self.chosen(plane="xz", at_m=6.2e-6).velocity_across_m_per_s, 2e-3)
+        self.assertAlmostEqual(self.chosen(plane="xz", at_m=6e-6).at_m * 1e6, 6.0)  # a face: the mean of two layers
         last = self.chosen(time="last")
         self.assertEqual(last.window, (800, 800))
         np.testing.assert_allclose(last.velocity_along_m_per_s[6, :], 6e-3)

@@ -16,7 +16,7 @@ from copepod_session import COMMAND, PROGRAMS, ROOT, WholeRunTest, wait_until
 from copepod_report.report import page_of
 from copepod_report.run_record import RunRecord
 from copepod_report.swarm import Swarm
-from copepod_report.trajectory import GrowingTrajectory, Trajectory, trajectory_in
+from copepod_report.trajectory import COLUMNS, GrowingTrajectory, Trajectory, trajectory_in
 from copepod_run.plan import drawn_case
 from copepod_watch.follower import TrajectoryFollower
 
@@ -141,7 +141,9 @@ class TrajectoryTest(WholeRunTest):
         self.assertEqual([step for step, _ in growing.look()], list(range(0, 500, 10)))
         self.assertEqual(len(Trajectory(directory)), 50)
         path.write_bytes(whole)
-        self.assertEqual([step for step, _ in growing.look()], list(range(500, 801, 10)))
+        steps, times_s = zip(*((step, values()[0, COLUMNS.index("time_s")]) for step, values in growing.look()))
+        self.assertEqual(steps, tuple(range(500, 801, 10)))
+        np.testing.assert_array_equal(times_s, np.load(path)["time_s"][50:])
 
     @unittest.skipUnless(os.geteuid() == 0 and shutil.which("unshare"), "mounts a file system")
     def test_full_disk_is_named(self):
