@@ -30,7 +30,7 @@ class Subject(Component):
         self.capabilities = self._ask()
         self.features = set(self.capabilities.get("features", []))
         self.case = _CASES[self.role](self.features, options.solver)
-        self.reference = _once(lambda: Reference(self))
+        self.reference = _once(self._run_undisturbed)
         self.checkpoint = _once(self._save)
 
     @property
@@ -40,13 +40,19 @@ class Subject(Component):
     def can(self, feature):
         return feature in self.features
 
+    def _run_undisturbed(self):
+        """Content of the replies to STEPS steps, and the digest after them."""
+        with Trial(self) as trial:
+            trial.configure()
+            return trial.advance(STEPS), trial.digest()
+
     def _save(self):
         """Path of a checkpoint of the middle of an undisturbed run, and the digest then."""
         if not self.can("checkpoint"):
             raise NotApplicable("it does not announce checkpoint")
         with Trial(self) as trial:
             trial.configure(SAVED_STEP)
-            digest = digest_of(trial)
+            digest = trial.digest()
             message = trial.make("Save", Path(tempfile.mkdtemp(dir=self.folder)) / "checkpoint")
             trial.request(message)
             return message.save.path, digest
@@ -81,34 +87,6 @@ def _once(make):
             return kept()
 
     return get
-
-
-class Reference:
-    """What an undisturbed run replies: content of the `replies` to STEPS steps, and the `digest` after them."""
-
-    def __init__(self, subject):
-        with Trial(subject) as trial:
-            trial.configure()
-            self.replies, self.digest = trial.advance(STEPS), digest_of(trial)
-
-    def compare(self, replies, first=0):
-        """Raises Violation at the first reply that is not the one of the undisturbed run."""
-        for number, reply in enumerate(replies, first):
-            if reply != self.replies[number]:
-                raise Violation(f"a reply to step {number} that differs from the one of an undisturbed run")
-
-    def compare_end(self, trial):
-        """The rest of the run, and its digest."""
-        first = trial.next_step
-        self.compare(trial.advance(STEPS - first), first)
-        if (digest := digest_of(trial)) != self.digest:
-            raise Violation(
-                f"digest {digest:016x} after step {STEPS - 1}, but {self.digest:016x} in an undisturbed run"
-            )
-
-
-def digest_of(trial):
-    return trial.request("Summarise").envelope.summary.digest
 
 
 class Trial(Conversation):
@@ -169,6 +147,10 @@ class Trial(Conversation):
         """Some steps; returns the content of the replies."""
         return [self.request(self.step_name).content for _ in range(steps)]
 
+    def digest(self):
+        """What it reports of its state."""
+        return self.request("Summarise").envelope.summary.digest
+
     def finish(self):
         """The proper end of a run."""
         self.request("Finish")
@@ -213,6 +195,20 @@ class Trial(Conversation):
         if reply.name == "Configured" and self.role == "body":
             self.case.driving_nodes = header.configured.driving_nodes
         return reply
+
+    def expect_undisturbed(self, replies, first=0):
+        """These replies, to the steps from `first` on, are those of an undisturbed run."""
+        expected, _ = self.subject.reference()
+        for number, reply in enumerate(replies, first):
+            if reply != expected[number]:
+                raise Violation(f"a reply to step {number} that differs from the one of an undisturbed run")
+
+    def expect_undisturbed_end(self):
+        """The rest of the run is that of an undisturbed one, and so is its digest."""
+        first, (_, expected) = self.next_step, self.subject.reference()
+        self.expect_undisturbed(self.advance(STEPS - first), first)
+        if (digest := self.digest()) != expected:
+            raise Violation(f"digest {digest:016x} after step {STEPS - 1}, but {expected:016x} in an undisturbed run")
 
     def expect_failure(self, code, words=(), is_sent=True):
         """A Failure with this code and these words, and an end with the same code.

@@ -76,11 +76,11 @@ def script_of(recording, role):
     return script
 
 
-def replay(component, role, script, tolerance, on_difference):
-    """Plays the coupler of a recorded run to `component` (a Component); returns how many replies were compared.
+def replay(component, role, script, tolerance):
+    """Plays the coupler of a recorded run to `component` (a Component).
 
-    `on_difference(exchange, text)` is called for every value that differs. Raises SolverError if the component does not
-    answer, reports a failure or does not exit with 0.
+    Yields each Exchange whose reply was recorded, with a text for every value that differs. Raises SolverError if the
+    component does not answer, reports a failure or does not exit with 0.
     """
     try:
         kind = role if role in ROLE_NUMBER else "controller"
@@ -89,20 +89,15 @@ def replay(component, role, script, tolerance, on_difference):
             if conversation.hellos[DATA].envelope.hello.role != ROLE_NUMBER[kind]:
                 raise Violation(f"a Hello that is not of a {role} component")
             conversation.welcome()
-            compared = 0
             for exchange in script.exchanges:
                 reply = _ask(conversation, exchange, role)
-                if exchange.reply is None:
-                    continue
-                compared += 1
-                for text in differences(exchange.reply, reply, tolerance):
-                    on_difference(exchange, text)
+                if exchange.reply is not None:
+                    yield exchange, differences(exchange.reply, reply, tolerance)
             last = script.exchanges[-1]
             if last.name != "Finish":
                 _ask(conversation, Exchange("Finish", Envelope(step=last.request.step, finish={})), role)
             if (code := conversation.await_end(_END_S)) != 0:
                 raise Violation(conversation.describe_end(code, "0"))
-            return compared
     except (Violation, OSError) as problem:
         raise SolverError(
             f"The {role} component did not answer as a component should ({problem}). See its output, or test it with: "

@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from copepod_conformance.subject import SAVED_STEP, digest_of
+from copepod_conformance.subject import SAVED_STEP
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
@@ -30,7 +30,7 @@ def _save_changes_nothing(trial):
     trial.request("Save")
     if not (trial.folder / "checkpoint").exists():
         raise Violation("Saved, but there is no such file or folder")
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _saved_again(trial):
@@ -40,16 +40,16 @@ def _saved_again(trial):
     for name in ("first", "second"):
         trial.advance(1)
         trial.request(trial.make("Save", trial.folder / name))
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _restored(trial):
     _configure_for_restore(trial)
     path, digest = trial.subject.checkpoint()
     trial.request(trial.make("Restore", path))
-    if (found := digest_of(trial)) != digest:
+    if (found := trial.digest()) != digest:
         raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _unwritable(trial):
@@ -58,7 +58,7 @@ def _unwritable(trial):
     if not trial.request(trial.make("Save", trial.folder / "no such folder" / "checkpoint")).envelope.saved.problem:
         raise Violation("Saved without a problem, but there is no such folder")
     trial.advance(1)
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _damaged(trial, change, text):
@@ -66,16 +66,12 @@ def _damaged(trial, change, text):
     _configure_for_restore(trial)
     path, _ = trial.subject.checkpoint()
     copy = trial.folder / "damaged"
-    if Path(path).is_dir():
-        shutil.copytree(path, copy)
-    else:
-        shutil.copyfile(path, copy)
     if change:
+        duplicate = shutil.copytree if Path(path).is_dir() else shutil.copyfile
+        duplicate(path, copy)
         files = (file for file in (copy, *copy.rglob("*")) if file.is_file())
         largest = max(files, key=lambda file: file.stat().st_size)
         largest.write_bytes(change(largest.read_bytes()))
-    else:
-        shutil.rmtree(copy) if copy.is_dir() else copy.unlink()
     trial.send(trial.make("Restore", copy), f" of {text}")
     trial.expect_failure(73)
 

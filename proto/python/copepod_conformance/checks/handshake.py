@@ -66,12 +66,13 @@ def _capabilities(trial):
 
 def _known_features(trial):
     """A coupler cannot require a name that is not in its table."""
-    unknown = sorted(name for name in trial.subject.features if not _is_known(name))
     trial.sent.append("nothing; read the features from --capabilities")
-    if unknown:
-        nearest = [difflib.get_close_matches(name, FEATURES, n=1) for name in unknown]
-        hints = [f" (did you mean {near[0]}?)" if near else "" for near in nearest]
-        texts = (f"feature '{name}', which is not a known name{hint}" for name, hint in zip(unknown, hints))
+    texts = []
+    for name in sorted(name for name in trial.subject.features if not _is_known(name)):
+        near = difflib.get_close_matches(name, FEATURES, n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        texts.append(f"feature '{name}', which is not a known name{hint}")
+    if texts:
         raise Violation("; ".join(texts))
 
 
