@@ -68,18 +68,18 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     if options.capabilities:
         print(json.dumps({**dataclasses.asdict(capabilities), "role": served.role}))
         return 0
-    if options.estimate:
-        return _print_estimate(served.role, estimate, options.ranks)
+    try:
+        if options.estimate:
+            return _print_estimate(served.role, estimate, options.ranks)
+        keys = read_keys(options.keys) if options.keys else None
+        require_keys_off_this_machine(options.endpoint, keys)
+    except ComponentError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return int(CaseError.code)
     level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
     line = f"%(asctime)s %(levelname)s [{name} rank 0] %(message)s"
     logging.basicConfig(filename=options.log_file, level=level, format=line)
     log = logging.getLogger("copepod")
-    try:
-        keys = read_keys(options.keys) if options.keys else None
-        require_keys_off_this_machine(options.endpoint, keys)
-    except CaseError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return int(error.code)
     log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, name)
     zmq_context, instance = zmq.Context(), secrets.randbits(64)
 
@@ -152,18 +152,14 @@ def _options(role, capabilities, estimate, arguments):
 
 
 def _print_estimate(role, estimate, ranks):
-    """Protocol: "Estimates"."""
+    """Protocol: "Estimates". Raises ComponentError."""
     message = setup.FluidSetup() if role == "fluid" else setup.BodySetup()
     try:
-        try:
-            message.ParseFromString(sys.stdin.buffer.read())
-        except Exception as error:  # the exception depends on the implementation of protobuf
-            raise CaseError(
-                f"Standard input is not a serialised setup ({error}). Give the bytes of the message."
-            ) from error
-        check_setup(message)
-        print(json.dumps(dataclasses.asdict(estimate(message, ranks))))
-        return 0
-    except ComponentError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return int(CaseError.code)
+        message.ParseFromString(sys.stdin.buffer.read())
+    except Exception as error:  # the exception depends on the implementation of protobuf
+        raise CaseError(
+            f"Standard input is not a serialised setup ({error}). Give the bytes of the message."
+        ) from error
+    check_setup(message)
+    print(json.dumps(dataclasses.asdict(estimate(message, ranks))))
+    return 0

@@ -22,7 +22,7 @@ from copepod_conformance.verdicts import Silence, Violation
 DATA, CONTROL = "data", "control"
 _LANE_OF_NUMBER = {handshake.LANE_DATA: DATA, handshake.LANE_CONTROL: CONTROL}
 _PING_EVERY_S = 0.5
-_SLICE_S = 0.01
+_SLICE_S = 0.05
 _CONTINUES_LATER_S = 1.0  # so that a component looks for pings before the next one comes, on a busy machine too
 
 
@@ -58,10 +58,7 @@ class Lanes:
 
     def receive(self, seconds):
         """The next message, or None. A peer is known by the lane that its Hello names."""
-        if self._socket.closed:
-            time.sleep(seconds)
-            return None
-        if not self._socket.poll(int(1000 * seconds)):
+        if self._socket.closed or not self._socket.poll(int(1000 * seconds)):
             return None
         peer, data = self._socket.recv_multipart()[:2]
         try:
@@ -188,24 +185,29 @@ class Conversation:
 
     def await_hello(self):
         """Waits for the Hello on both lanes."""
-        self._await(lambda: len(self.hellos) == 2, "a Hello on both lanes")
+        self._collect_until(lambda: len(self.hellos) == 2, "a Hello on both lanes")
 
     def receive(self, what, lane=DATA):
         """The next message on the lane; `what` names the expected one in the report."""
-        self._await(lambda: self._inbox[lane], what)
+        self._collect_until(lambda: self._inbox[lane], what)
         return self._inbox[lane].pop(0)
 
     def wait(self, seconds):
         """Time passes; messages are collected."""
-        self._collect_until(lambda: False, seconds)
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._collect(_SLICE_S)
 
     def await_end(self, within_s=None):
         """Exit code of the process, whatever it is."""
         patience_s = within_s or self.subject.patience_s
-        if not self._collect_until(self._has_ended, patience_s):
-            raise Silence(f"no end of the process within {patience_s:g} s")
+        deadline = time.monotonic() + patience_s
+        while (code := self.process.exit_code(_SLICE_S)) is None:
+            self._collect(0)
+            if time.monotonic() > deadline:
+                raise Silence(f"no end of the process within {patience_s:g} s")
         self._collect_rest()
-        return self.process.exit_code()
+        return code
 
     def has_mail(self):
         """Whether a message of the data lane has arrived that was not received yet."""
@@ -220,30 +222,27 @@ class Conversation:
 
     # -- inside
 
-    def _await(self, done, what):
-        patience_s = self.subject.patience_s
-        if not self._collect_until(lambda: done() or self._has_ended(), patience_s):
-            raise Silence(f"nothing within {patience_s:g} s instead of {what}")
-        if not done():
-            self._collect_rest()
-        if not done():
-            raise Violation(self.describe_end(self.process.exit_code(), what))
-
-    def _has_ended(self):
-        return self.process.exit_code() is not None
+    def _collect_until(self, done, what):
+        deadline = time.monotonic() + self.subject.patience_s
+        while not done():
+            if self._collect(_SLICE_S):
+                continue
+            code = self.process.exit_code()
+            if code is not None and not self._collect(_SLICE_S):
+                self._collect_rest()
+                if done():
+                    return
+                raise Violation(self.describe_end(code, what))
+            if time.monotonic() > deadline:
+                raise Silence(f"nothing within {self.subject.patience_s:g} s instead of {what}")
 
     def _collect_rest(self):
         """What a process that has ended sent before: on a busy machine its last messages may take their time."""
-        self._collect_until(lambda: not self._lanes.connected, self.subject.patience_s)
+        deadline = time.monotonic() + self.subject.patience_s
+        while self._lanes.connected and time.monotonic() < deadline:
+            self._collect(_SLICE_S)
         while self._collect(0):
             pass
-
-    def _collect_until(self, done, seconds):
-        """Takes messages, at most for so long; returns whether it is done."""
-        deadline = time.monotonic() + seconds
-        while not (is_done := done()) and time.monotonic() < deadline:
-            self._collect(_SLICE_S)
-        return is_done
 
     def _collect(self, seconds):
         """Takes one message, and pings when it is time; False if there was none."""

@@ -40,6 +40,12 @@ class Subject(Component):
     def can(self, feature):
         return feature in self.features
 
+    def require(self, *features):
+        """Raises NotApplicable unless the component announces all of them."""
+        for feature in features:
+            if not self.can(feature):
+                raise NotApplicable(f"it does not announce {feature}")
+
     def _run_undisturbed(self):
         """Content of the replies to STEPS steps, and the digest after them."""
         with Trial(self) as trial:
@@ -48,8 +54,6 @@ class Subject(Component):
 
     def _save(self):
         """Path of a checkpoint of the middle of an undisturbed run, and the digest then."""
-        if not self.can("checkpoint"):
-            raise NotApplicable("it does not announce checkpoint")
         with Trial(self) as trial:
             trial.configure(SAVED_STEP)
             digest = trial.digest()
@@ -97,22 +101,16 @@ class Trial(Conversation):
         self.role, self.case, self.step_name = subject.role, subject.case, protocol.STEP[subject.role]
         self.next_step = 0
 
-    def require(self, *features):
-        """Raises NotApplicable unless the component announces all of them."""
-        for feature in features:
-            if not self.subject.can(feature):
-                raise NotApplicable(f"it does not announce {feature}")
-
     # -- the run of a coupler
 
     def reach(self, state):
         """Brings the component to `state` by the shortest path; in a busy state the last reply is still to come."""
-        path = protocol.path_to(self.role, state)
+        path = protocol.paths(self.role)[state]
         busy = protocol.settled(self.role, state) != state  # a component only passes through while it works
         self.await_hello()
         for place, name in enumerate(path):
             if name == "Save":
-                self.require("checkpoint")
+                self.subject.require("checkpoint")
             if name == "Welcome":
                 self.welcome()
             elif busy and place == len(path) - 1:

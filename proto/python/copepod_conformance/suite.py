@@ -52,6 +52,7 @@ class Suite:
         try:
             if self._silences >= _MOST_SILENCES:
                 raise Violation("not tried: the component was silent too often")
+            self._subject.require(*check.needs)
             with Trial(self._subject, check.options) as trial:
                 sent = trial.sent
                 check.run(trial, *check.arguments)

@@ -7,6 +7,7 @@ import shutil
 import signal
 import sys
 import tempfile
+from contextlib import closing
 from pathlib import Path
 
 from copepod_conformance.__main__ import called_as, end, number_type
@@ -149,11 +150,12 @@ def _replay(options):
     try:
         with tempfile.TemporaryDirectory(prefix="copepod-replay-") as folder, zmq.Context() as context:
             component = Component(options.command, dict(os.environ), folder, context, _PATIENCE_S, shows_output=True)
-            for exchange, differences in replay(component, options.role, script, options.tolerance):
-                compared += 1
-                for number, text in enumerate(differences, number + 1):
-                    if number <= _SHOWN:
-                        shown.append(f"step {exchange.request.step}: {text}")
+            with closing(replay(component, options.role, script, options.tolerance)) as replies:
+                for exchange, differences in replies:
+                    compared += 1
+                    for number, text in enumerate(differences, number + 1):
+                        if number <= _SHOWN:
+                            shown.append(f"step {exchange.request.step}: {text}")
     finally:
         for line in shown:
             print(line)

@@ -194,25 +194,27 @@ def differences(expected, found, tolerance=0.0, path="", ignored=_PER_RUN):
     for field in expected.DESCRIPTOR.fields:
         if field.name in ignored:
             continue
-        name = path + field.name
-        a, b = getattr(expected, field.name), getattr(found, field.name)
-        pairs = [(name, a, b)]
-        if field.label == field.LABEL_REPEATED:
-            if len(a) != len(b):
-                yield f"{name}: {len(b)} values instead of {len(a)}"
-                continue
-            pairs = [(f"{name}[{index}]", x, y) for index, (x, y) in enumerate(zip(a, b))]
-        elif field.message_type is not None:
-            if expected.HasField(field.name) != found.HasField(field.name):
-                yield f"{name}: {'missing' if expected.HasField(field.name) else 'not expected'}"
-            if not (expected.HasField(field.name) and found.HasField(field.name)):
-                continue
-        for index, (place, x, y) in enumerate(pairs):
+        name, is_list = path + field.name, field.label == field.LABEL_REPEATED
+        a, b = _values(expected, field), _values(found, field)
+        if len(a) != len(b):
+            missing = "missing" if len(a) else "not expected"
+            yield f"{name}: {len(b)} values instead of {len(a)}" if is_list else f"{name}: {missing}"
+            continue
+        for index, (x, y) in enumerate(zip(a, b)):
+            place = f"{name}[{index}]" if is_list else name
             if field.message_type is not None:
                 inside = _PER_MESSAGE.get(field.message_type.name, ())
                 yield from differences(x, y, tolerance, f"{place}.", inside)
             elif not _same(x, y, tolerance):
                 yield f"{place}{_meaning(field, index)}: {y} instead of {x}"
+
+
+def _values(message, field):
+    """What a field holds, none if it is a message that is missing."""
+    value = getattr(message, field.name)
+    if field.label == field.LABEL_REPEATED:
+        return value
+    return [value] if field.message_type is None or message.HasField(field.name) else []
 
 
 def _meaning(field, index):

@@ -1,6 +1,8 @@
 """Contacts and joints of body solvers that announce them: a rebound has the restitution of the setup; a joint, free or
 driven, is closed after every step, whatever the loads."""
 
+from functools import partial
+
 import numpy as np
 
 from copepod_conformance.cases import FORCE_N, INERTIA_KG_M2, MASS_KG, POSITIONS_M, RADIUS_M, SPEED_M_PER_S, STEP_S
@@ -35,7 +37,7 @@ def _in_contact(change):
 def _rebounding(trial, where):
     """Sphere 0 hits a wall, or sphere 1."""
     hits_wall = where == "the wall"
-    trial.require("contact", *(["walls"] if hits_wall else []))
+    trial.subject.require("contact", *(["walls"] if hits_wall else []))
     axis = 2 if hits_wall else 0
     start_m, velocity_m_per_s = np.array(POSITIONS_M[0]), np.zeros(3)
     start_m[axis] = RADIUS_M + _GAP_M if hits_wall else POSITIONS_M[1][0] - 2 * RADIUS_M - _GAP_M
@@ -49,7 +51,6 @@ def _rebounding(trial, where):
 
 
 def _resting(trial):
-    trial.require("contact", "walls", "gravity")
     sinking = 1e-4  # of the radius
     weight_per_mass = _STIFFNESS_OF_CONTACT_N_PER_M * sinking * RADIUS_M / MASS_KG
     changes = _in_contact({"position_m": (*POSITIONS_M[0][:2], RADIUS_M)})
@@ -124,7 +125,7 @@ def _errors(kind, motion, value):
 
 
 def _stays_closed(trial, kind, driven=False):
-    trial.require(f"joint:{kind}", *(["actuator:joint_motion"] if driven else []))
+    trial.subject.require(f"joint:{kind}", *(["actuator:joint_motion"] if driven else []))
     loads = {"force": FORCE_N * _AXIS, "torque": TORQUE_N_M * np.array([1.0, -0.5, 0.25])}
     drive = (lambda time_steps: [_VALUE[kind] * time_steps]) if driven else (lambda time_steps: [])
     moved = motions_of(trial, steps=_STEPS, values=drive, **loads, **_joined(kind, driven))
@@ -140,13 +141,11 @@ def _spring_turns(trial):
     """Both spheres, by opposite torques, for a time so short that these are constant; the hinge exerts no force."""
     hinge = _joint("hinge", _ANCHOR_M, -_ANCHOR_M, body_B=2, stiffness=TORQUE_N_M, rest=1.0)
     gained = TORQUE_N_M / INERTIA_KG_M2 * STEPS * STEP_S * _AXIS
-    needs = ["joint:hinge", "joint:springs"]
-    under_loads(trial, needs=needs, joints=[hinge], gains=[gained, -gained], within=NEARLY)
+    under_loads(trial, joints=[hinge], gains=[gained, -gained], within=NEARLY)
 
 
 def _limit_holds(trial):
     """Sphere 0 is pushed along a rail in the world, which ends after a two-hundredth of its radius."""
-    trial.require("joint:slider", "joint:limits")
     limit_m = 0.005 * RADIUS_M
     resting = {"velocity_m_per_s": ZERO, "angular_velocity_rad_per_s": ZERO}
     rail = _joint("slider", ZERO, POSITIONS_M[0], lowest=-0.1 * limit_m, highest=limit_m)
@@ -158,12 +157,13 @@ def _limit_holds(trial):
 
 def checks(subject):
     kinds = ("ball", "hinge", "slider", "fixed", "distance")
+    check = partial(Check, "physics")
     return [
-        Check("physics", "a body rebounds with the restitution of the setup", _REBOUND, _rebounding, ("the wall",)),
-        Check("physics", "spheres rebound from each other", _REBOUND, _rebounding, ("each other",)),
-        Check("physics", "a body on the floor stays", _RESTING, _resting),
-        *(Check("physics", f"a {kind} joint stays closed", _CLOSED, _stays_closed, (kind,)) for kind in kinds),
-        Check("physics", "a spring in a hinge turns both bodies", _SPRING, _spring_turns),
-        Check("physics", "a slider stays at its limit", _LIMIT, _limit_holds),
-        *(Check("physics", f"a driven {kind} joint follows", _DRIVEN, _stays_closed, (kind, True)) for kind in _VALUE),
+        check("a body rebounds with the restitution of the setup", _REBOUND, _rebounding, ("the wall",)),
+        check("spheres rebound from each other", _REBOUND, _rebounding, ("each other",)),
+        check("a body on the floor stays", _RESTING, _resting, needs=("contact", "walls", "gravity")),
+        *(check(f"a {kind} joint stays closed", _CLOSED, _stays_closed, (kind,)) for kind in kinds),
+        check("a spring in a hinge turns both bodies", _SPRING, _spring_turns, needs=("joint:hinge", "joint:springs")),
+        check("a slider stays at its limit", _LIMIT, _limit_holds, needs=("joint:slider", "joint:limits")),
+        *(check(f"a driven {kind} joint follows", _DRIVEN, _stays_closed, (kind, True)) for kind in _VALUE),
     ]

@@ -32,6 +32,7 @@ _TITLES = {
 }
 _TIME_S = STEPS * STEP_S
 _ROUNDING = 1e-6  # of the expected change
+_PAIR_FORCE = ("actuator:pair_force",)
 NEARLY = 0.05  # of what changes under forces that are nearly constant for a short time
 _START_M_PER_S = np.array([SPEED_M_PER_S, 0.0, 0.0])
 _GRAVITY_M_PER_S2 = DIRECTION * FORCE_N / MASS_KG
@@ -67,13 +68,12 @@ def expect(what, found, expected, tolerance):
         raise Violation(f"{what} {found} instead of {expected} (± {tolerance:.1g}) after {STEPS} steps")
 
 
-def under_loads(trial, force=ZERO, torque=ZERO, needs=(), accelerates=(), gains=(), within=_ROUNDING, **changes):
+def under_loads(trial, force=ZERO, torque=ZERO, accelerates=(), gains=(), within=_ROUNDING, **changes):
     """The accelerations that bodies must have, and the angular velocities that they must have gained.
 
     v = v₀ + a t, without net momentum where the accelerations have none; x = x₀ + v₀ t + a t²/2 of the two spheres of
     every case, within what a first-order integrator may be off.
     """
-    trial.require(*needs)
     if np.any(torque) and trial.subject.can("neglects:torques"):
         raise NotApplicable("it announces neglects:torques")
     motion = move(trial, force=force, torque=torque, **changes)
@@ -101,14 +101,14 @@ def _of_shape(trial, name):
     give_shape(changed, changed.bodies[0].shape, name)
     loads = {"force": np.array([0.0, FORCE_N, 0.0]), "torque": np.array([0.0, 0.0, TORQUE_N_M])}
     due = {"accelerates": [loads["force"] / MASS_KG], "gains": [loads["torque"] / (INERTIA_KG_M2 * factors) * _TIME_S]}
-    under_loads(trial, needs=["inertia"], bodies=changed.bodies, meshes=changed.meshes, **loads, **due)
+    under_loads(trial, bodies=changed.bodies, meshes=changed.meshes, **loads, **due)
 
 
 def _on_a_spring(trial):
     stretched = {"stiffness_N_per_m": FORCE_N / _EXTENSION_M, "rest_length_m": _ARM_LENGTH_M - _EXTENSION_M}
-    springs = [{"body_A": 0, "body_B": 1, **stretched, **AT_CENTRES}]
+    spring: dict = {"body_A": 0, "body_B": 1, **stretched, **AT_CENTRES}
     pulled = FORCE_N / MASS_KG * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-    under_loads(trial, needs=["springs"], springs=springs, accelerates=pulled, within=NEARLY)
+    under_loads(trial, springs=[spring], accelerates=pulled, within=NEARLY)
 
 
 def _accuracy(trial, first_order):
@@ -129,7 +129,6 @@ _SPUN = {
 def _on_a_spinning_body(trial, name):
     """An actuator along x, of the body or of the world, while the body turns about z by half a radian."""
     force, turns = name.endswith("force"), name.startswith("body")
-    trial.require(f"actuator:{name}")
     spin = _SPIN_PER_STEP_RAD / STEP_S
     spinning = spheres({"angular_velocity_rad_per_s": (0.0, 0.0, spin)}, {})
     along_x = actuator(name, direction=(1.0, 0.0, 0.0))
@@ -160,7 +159,6 @@ def _turning_pair(turn_per_step_rad):
 
 def _on_a_turning_arm(trial):
     """Against the motion computed here in steps a hundred times shorter."""
-    trial.require("actuator:pair_force")
     motion = move(trial, **_turning_pair(_TURN_PER_STEP_RAD))
     arm = _ARM_M.copy()
     rate = np.array([0.0, _TURN_PER_STEP_RAD * _ARM_LENGTH_M / STEP_S, 0.0])
@@ -177,19 +175,16 @@ def _on_a_turning_arm(trial):
 
 def _without_net_load(trial):
     """Momentum and angular momentum about the origin do not change in any step."""
-    trial.require("actuator:pair_force")
 
     def momenta(motion):
         """Both in units of what one of the forces gives in a step."""
         linear = MASS_KG * motion.velocity_m_per_s
         turning = np.cross(motion.position_m, linear) + INERTIA_KG_M2 * motion.angular_velocity_rad_per_s
-        unit = FORCE_N * STEP_S
-        return {"momentum": linear.sum(axis=0) / unit, "angular momentum": turning.sum(axis=0) / (unit * _ARM_LENGTH_M)}
+        return np.array([linear.sum(axis=0), turning.sum(axis=0) / _ARM_LENGTH_M]) / (FORCE_N * STEP_S)
 
     states = [momenta(motion) for motion in motions_of(trial, **_turning_pair(_SLOW_TURN_PER_STEP_RAD))]
-    for step, (before, after) in enumerate(zip(states, states[1:]), 1):
-        for what, amount in after.items():
-            change = float(np.abs(amount - before[what]).max())
+    for step, changes in enumerate(np.abs(np.diff(states, axis=0)).max(axis=-1), 1):
+        for what, change in zip(("momentum", "angular momentum"), changes):
             if change > _NET:
                 raise Violation(f"{what} changed by {change:.1g} of what one of the forces gives, in step {step}")
 
@@ -203,11 +198,10 @@ def _on_a_bend(trial):
     bend = {"body_A": 1, "body_B": 0, "body_C": 2, "stiffness_N_m_per_rad": stiffness_N_m, "rest_angle_rad": rest_rad}
     turned = FORCE_N / MASS_KG * np.array([[-1.0, -1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     bodies = [first, second, third]
-    under_loads(trial, needs=["bends"], bodies=bodies, bends=[bend], accelerates=turned, within=NEARLY)
+    under_loads(trial, bodies=bodies, bends=[bend], accelerates=turned, within=NEARLY)
 
 
 def _fixed(trial):
-    trial.require("motion:fixed")
     fixed = {"motion": setup.MOTION_KIND_FIXED, "velocity_m_per_s": ZERO}
     motion = move(trial, bodies=spheres(fixed, {}), force=FORCE_N * DIRECTION)
     expect_of(motion, 0, "position_m", np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
@@ -219,19 +213,20 @@ def checks(subject):
     pushed = partial(under_loads, force=force, accelerates=[force / MASS_KG, rest[1]])
     turned = partial(under_loads, torque=torque, gains=[torque / INERTIA_KG_M2 * _TIME_S, rest[1]])
     weight = {"gravity_m_per_s2": _GRAVITY_M_PER_S2, "accelerates": 2 * [_GRAVITY_M_PER_S2]}
+    check = partial(Check, "physics")
     return [
-        Check("physics", "no load: the velocity stays", _NEWTON, partial(under_loads, accelerates=rest, gains=rest)),
-        Check("physics", "hydrodynamic force: a = F/m", _NEWTON, pushed),
-        Check("physics", "torque: ω = T t / I", _EULER, turned),
-        *(Check("physics", f"a {name} under force and torque", _TENSOR, _of_shape, (name,)) for name in shapes),
-        Check("physics", "weight: a = g", _WEIGHT, partial(under_loads, needs=["gravity"], **weight)),
-        Check("physics", "a stretched spring pulls", _SPRING, _on_a_spring),
+        check("no load: the velocity stays", _NEWTON, partial(under_loads, accelerates=rest, gains=rest)),
+        check("hydrodynamic force: a = F/m", _NEWTON, pushed),
+        check("torque: ω = T t / I", _EULER, turned),
+        *(check(f"a {name} under force and torque", _TENSOR, _of_shape, (name,), ("inertia",)) for name in shapes),
+        check("weight: a = g", _WEIGHT, partial(under_loads, **weight), needs=("gravity",)),
+        check("a stretched spring pulls", _SPRING, _on_a_spring, needs=("springs",)),
         *(
-            Check("physics", f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body, (name,))
+            check(f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body, (name,), (f"actuator:{name}",))
             for name, follows in _SPUN.items()
         ),
-        Check("physics", "a pair force follows the arm", _DRIVE, _on_a_turning_arm),
-        Check("physics", "a pair force has no net force and torque", _NO_NET_LOAD, _without_net_load),
-        Check("physics", "a bend turns its arms", _BEND, _on_a_bend),
-        Check("physics", "a fixed body stays", _FIXED, _fixed),
+        check("a pair force follows the arm", _DRIVE, _on_a_turning_arm, needs=_PAIR_FORCE),
+        check("a pair force has no net force and torque", _NO_NET_LOAD, _without_net_load, needs=_PAIR_FORCE),
+        check("a bend turns its arms", _BEND, _on_a_bend, needs=("bends",)),
+        check("a fixed body stays", _FIXED, _fixed, needs=("motion:fixed",)),
     ]

@@ -1,6 +1,7 @@
 """A restored component continues with the same bits; a damaged checkpoint is rejected."""
 
 import shutil
+from functools import partial
 from pathlib import Path
 
 from copepod_conformance.subject import SAVED_STEP
@@ -16,7 +17,6 @@ _STORAGE = Rule("Checkpoints", "a state that is missing or damaged: Failure with
 
 def _configure_for_restore(trial):
     """The setup of a resumed run names the step that it starts at."""
-    trial.require("checkpoint")
     trial.reach("greeted")
     setup = trial.case.setup_request()
     setup.step = SAVED_STEP
@@ -25,7 +25,6 @@ def _configure_for_restore(trial):
 
 
 def _save_changes_nothing(trial):
-    trial.require("checkpoint")
     trial.configure(steps=2)
     trial.request("Save")
     if not (trial.folder / "checkpoint").exists():
@@ -35,7 +34,6 @@ def _save_changes_nothing(trial):
 
 def _saved_again(trial):
     """Two checkpoints of one run."""
-    trial.require("checkpoint")
     trial.configure()
     for name in ("first", "second"):
         trial.advance(1)
@@ -53,7 +51,6 @@ def _restored(trial):
 
 
 def _unwritable(trial):
-    trial.require("checkpoint")
     trial.configure(steps=1)
     if not trial.request(trial.make("Save", trial.folder / "no such folder" / "checkpoint")).envelope.saved.problem:
         raise Violation("Saved without a problem, but there is no such folder")
@@ -67,8 +64,7 @@ def _damaged(trial, change, text):
     path, _ = trial.subject.checkpoint()
     copy = trial.folder / "damaged"
     if change:
-        duplicate = shutil.copytree if Path(path).is_dir() else shutil.copyfile
-        duplicate(path, copy)
+        shutil.copytree(path, copy) if Path(path).is_dir() else shutil.copyfile(path, copy)
         files = (file for file in (copy, *copy.rglob("*")) if file.is_file())
         largest = max(files, key=lambda file: file.stat().st_size)
         largest.write_bytes(change(largest.read_bytes()))
@@ -83,10 +79,11 @@ def checks(subject):
         (lambda content: content[: len(content) // 2], "half a file"),
         (lambda content: b"\xff" * len(content), "a file overwritten with ones"),
     )
+    check = partial(Check, "checkpoints", needs=("checkpoint",))
     return [
-        Check("checkpoints", "a run continues after Save as without it", _SAVE, _save_changes_nothing),
-        Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
-        Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
-        Check("checkpoints", "Save to a folder that does not exist", _UNWRITABLE, _unwritable),
-        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
+        check("a run continues after Save as without it", _SAVE, _save_changes_nothing),
+        check("two states of one run are saved", _SAVE, _saved_again),
+        check("a restored run equals the undisturbed one", _RESTORE, _restored),
+        check("Save to a folder that does not exist", _UNWRITABLE, _unwritable),
+        *(check(f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
     ]

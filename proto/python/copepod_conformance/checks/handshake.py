@@ -105,7 +105,6 @@ def _estimate_of_garbage(trial):
 
 
 def _run_estimate(trial, standard_input, text):
-    trial.require("estimate")
     trial.sent.append(f"{text} on standard input of --estimate")
     return trial.subject.run_to_end("--estimate", standard_input=standard_input)
 
@@ -121,8 +120,8 @@ def _no_options(trial):
 
 def _refusal(trial):
     trial.await_hello()
-    message = Envelope(protocol_major=PROTOCOL_MAJOR, step=-1)
-    message.refusal.reason = "The component was refused (as part of a check). Ignore this."
+    refusal = {"reason": "The component was refused (as part of a check). Ignore this."}
+    message = Envelope(protocol_major=PROTOCOL_MAJOR, step=-1, refusal=refusal)
     for lane in (DATA, CONTROL):
         trial.send_bytes(message.SerializeToString(), "Refusal", lane)
     trial.expect_failure(65, is_sent=False)
@@ -145,7 +144,7 @@ def _other_welcome(trial, major=None):
     trial.expect_failure(65, is_sent=False)
 
 
-def _request_of_another_major(trial, major):
+def _other_request(trial, major):
     trial.configure()
     trial.send(trial.make(trial.step_name), f" of protocol {major}.0", protocol_major=major)
     trial.expect_failure(65)
@@ -161,22 +160,18 @@ def _newer_minor(trial):
 
 
 def checks(subject):
-    check = partial(Check, "handshake")
-
-    def version(name, *how):
-        return Check("versions", name, _VERSIONS, *how)
-
+    check, version = partial(Check, "handshake"), partial(Check, "versions")
     return [
         check("Hello on both lanes", _HELLO, _hello),
         check("capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities),
         check("every feature is a known name", _FEATURES, _known_features),
-        check("an estimate of the memory", _ESTIMATE, _estimate),
-        check("no estimate of garbage", _ESTIMATE, _estimate_of_garbage),
+        check("an estimate of the memory", _ESTIMATE, _estimate, needs=("estimate",)),
+        check("no estimate of garbage", _ESTIMATE, _estimate_of_garbage, needs=("estimate",)),
         check("ends when it is refused", _REFUSAL, _refusal),
         check("ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         check("ends without --endpoint and --session", _OPTIONS, _no_options),
-        *(version(f"a Welcome of protocol {n}.0 is refused", _other_welcome, (n,)) for n in _OTHER_MAJORS),
-        *(version(f"a request of protocol {n}.0 is refused", _request_of_another_major, (n,)) for n in _OTHER_MAJORS),
-        version("a Welcome of a minor version that it does not support is refused", _other_welcome),
-        version("fields of a newer minor version are ignored", _newer_minor),
+        *(version(f"a Welcome of protocol {n}.0 is refused", _VERSIONS, _other_welcome, (n,)) for n in _OTHER_MAJORS),
+        *(version(f"a request of protocol {n}.0 is refused", _VERSIONS, _other_request, (n,)) for n in _OTHER_MAJORS),
+        version("a Welcome of a minor version that it does not support is refused", _VERSIONS, _other_welcome),
+        version("fields of a newer minor version are ignored", _VERSIONS, _newer_minor),
     ]

@@ -99,7 +99,7 @@ def _spoilt_fields(request):
                 faults.append(("numbers", _FINITE, _last_is(value), f"= {value}", math.isinf(value)))
         for group, rule, change, fault, thorough in faults:
             how = (name, path, change, fault)
-            yield Check(group, f"{name}.{path} {fault}", rule, _bad_field, how, thorough or "." in path)
+            yield Check(group, f"{name}.{path} {fault}", rule, _bad_field, how, thorough=thorough or "." in path)
 
 
 def _raw(trial, data_of, text):
@@ -121,7 +121,6 @@ def _unknown_message(trial):
 
 
 def _long_path(trial):
-    trial.require("checkpoint")
     trial.configure(steps=1)
     message = trial.make("Save", trial.folder / _LONG_TEXT)
     trial.send(message, f" with a path of {len(message.save.path)} bytes")
@@ -169,7 +168,7 @@ def checks(subject):
     return [
         *(spoilt for request in requests for spoilt in _spoilt_fields(request)),
         *(check(name, rule, _bad_setup, tuple(how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
-        check("a path of more than 4096 bytes", _TEXT, _long_path),
+        check("a path of more than 4096 bytes", _TEXT, _long_path, needs=("checkpoint",)),
         check("random bytes", _BYTES, _raw, (lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
         check("an empty frame", _BYTES, _raw, (lambda trial: b"", "an empty frame")),
         check("a truncated message", _BYTES, _raw, (_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
@@ -181,7 +180,7 @@ def checks(subject):
 
 
 _NAME = {"bodies": spheres({"name": _LONG_TEXT}, {})}
-_SPRING = {"springs": [{"body_B": 2, "stiffness_N_per_m": 1.0, **AT_CENTRES}]}  # from body 0
+_SPRING: dict = {"springs": [{"body_B": 2, "stiffness_N_per_m": 1.0, **AT_CENTRES}]}  # from body 0
 _BEND = {"bends": [{"body_B": 1, "body_C": 2, "stiffness_N_m_per_rad": 1e-12, "rest_angle_rad": 3.0}]}
 _ACTUATOR = {"actuators": [actuator("world_force", body_A=2)]}
 _NO_STEP = {"fields": {"mean_start": 2, "mean_stop": 2, "mean_every_steps": 1}}
