@@ -134,7 +134,7 @@ def _options(role, capabilities, estimate, arguments):
     parser.add_argument("--session", default=os.environ.get("COPEPOD_SESSION"), help="token of the run")
     if role == "controller":
         parser.add_argument("--name", help="which controller of the case this is")
-    parser.set_defaults(name=None)
+    parser.set_defaults(name=None, estimate=False)
     parser.add_argument("--keys", help="file with the keys of this role; required when other machines can listen")
     parser.add_argument("--log-file", help="log file (default: standard error)")
     parser.add_argument("--log-level", default="info", choices=["trace", "debug", "info", "warning", "error", "off"])
@@ -145,7 +145,6 @@ def _options(role, capabilities, estimate, arguments):
         "--connect-deadline", type=float, default=60.0, help="seconds to wait for the coupler at the start (60)"
     )
     options = parser.parse_args(arguments)
-    options.estimate = estimate is not None and options.estimate
     if not (options.capabilities or options.estimate) and not (options.endpoint and options.session):
         parser.error("no coupler to connect to (--endpoint or --session is missing). Give both")
     return options

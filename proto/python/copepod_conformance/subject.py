@@ -4,7 +4,6 @@ check controls: reach a state, ask, expect."""
 import functools
 import json
 import tempfile
-import threading
 import time
 from pathlib import Path
 
@@ -30,8 +29,6 @@ class Subject(Component):
         self.capabilities = self._ask()
         self.features = set(self.capabilities.get("features", []))
         self.case = _CASES[self.role](self.features, options.solver)
-        self.reference = _once(self._run_undisturbed)
-        self.checkpoint = _once(self._save)
 
     @property
     def name(self):
@@ -46,13 +43,17 @@ class Subject(Component):
             if not self.can(feature):
                 raise NotApplicable(f"it does not announce {feature}")
 
-    def _run_undisturbed(self):
-        """Content of the replies to STEPS steps, and the digest after them."""
+    # Both are made when a check first asks; from Python 3.12 on, each of several threads that ask at once makes one.
+
+    @functools.cached_property
+    def reference(self):
+        """Of an undisturbed run: content of the replies to STEPS steps, and the digest after them."""
         with Trial(self) as trial:
             trial.configure()
             return trial.advance(STEPS), trial.digest()
 
-    def _save(self):
+    @functools.cached_property
+    def checkpoint(self):
         """Path of a checkpoint of the middle of an undisturbed run, and the digest then."""
         with Trial(self) as trial:
             trial.configure(SAVED_STEP)
@@ -80,17 +81,6 @@ class Subject(Component):
                 f"{' '.join(self.command)} is a {capabilities['role']} component. Use --role {capabilities['role']}."
             )
         return capabilities
-
-
-def _once(make):
-    """A function that returns what `make` returned when it was first called, also when several threads call at once."""
-    lock, kept = threading.Lock(), functools.cache(make)
-
-    def get():
-        with lock:
-            return kept()
-
-    return get
 
 
 class Trial(Conversation):
@@ -196,14 +186,14 @@ class Trial(Conversation):
 
     def expect_undisturbed(self, replies, first=0):
         """These replies, to the steps from `first` on, are those of an undisturbed run."""
-        expected, _ = self.subject.reference()
+        expected, _ = self.subject.reference
         for number, reply in enumerate(replies, first):
             if reply != expected[number]:
                 raise Violation(f"a reply to step {number} that differs from the one of an undisturbed run")
 
     def expect_undisturbed_end(self):
         """The rest of the run is that of an undisturbed one, and so is its digest."""
-        first, (_, expected) = self.next_step, self.subject.reference()
+        first, (_, expected) = self.next_step, self.subject.reference
         self.expect_undisturbed(self.advance(STEPS - first), first)
         if (digest := self.digest()) != expected:
             raise Violation(f"digest {digest:016x} after step {STEPS - 1}, but {expected:016x} in an undisturbed run")

@@ -11,7 +11,7 @@ from copepod_component.messages import Envelope, handshake, message_name, record
 from copepod_component.run import Capabilities, serve_component
 from copepod_component.solvers import SolverContext
 from copepod_conformance.conversation import DATA, Conversation
-from copepod_conformance.protocol import HANDSHAKE, ROLE_NUMBER, content, part
+from copepod_conformance.protocol import HANDSHAKE, ROLE_NUMBER, SETUP, content, part
 from copepod_conformance.verdicts import Violation
 from copepod_recording.reader import party_of
 
@@ -42,8 +42,8 @@ class Exchange:
 class Script:
     """A component's part in a recorded run: the data lane of one role, request by request."""
 
-    hello: object = None  # on the data lane; None if there is none
-    exchanges: list = dataclasses.field(default_factory=list)
+    hello: object  # on the data lane; None if there is none
+    exchanges: list
 
     @property
     def restore(self):
@@ -54,26 +54,23 @@ class Script:
 def script_of(recording, role):
     """Script of "fluid", "body" or a controller by its name, up to the first damaged message. Requests that were sent
     twice count once."""
-    script = Script()
-    by_sequence = {}
+    hello, by_sequence = None, {}
     for recorded, envelope in recording.messages():
         if party_of(recorded) != role or recorded.lane == handshake.LANE_CONTROL:
             continue
         if envelope is None:
-            recording.ending = f"damaged after {len(script.exchanges)} exchanges"
+            recording.ending = f"damaged after {len(by_sequence)} exchanges"
             break
         name = message_name(envelope)
         if name == "Hello":
-            script.hello = script.hello or envelope.hello
+            hello = hello or envelope.hello
         elif name is None or name in HANDSHAKE or envelope.sequence == 0:
             continue
         elif recorded.direction == schema.DIRECTION_TO_COMPONENT:
-            if envelope.sequence not in by_sequence:
-                by_sequence[envelope.sequence] = Exchange(name, envelope)
-                script.exchanges.append(by_sequence[envelope.sequence])
+            by_sequence.setdefault(envelope.sequence, Exchange(name, envelope))
         elif envelope.sequence in by_sequence:
             by_sequence[envelope.sequence].reply = envelope
-    return script
+    return Script(hello, list(by_sequence.values()))
 
 
 def replay(component, role, script, tolerance):
@@ -125,11 +122,10 @@ def _ask(conversation, exchange, role):
 def _redirect(request, role, folder):
     """Output of the recorded run must not be overwritten."""
     name = message_name(request)
+    if name in SETUP.values():
+        content(request).trace_directory = ""
     if name == "FluidSetup":
         request.fluid_setup.fields.directory = str(folder)
-        request.fluid_setup.trace_directory = ""
-    elif name in ("BodySetup", "ControllerSetup"):
-        content(request).trace_directory = ""
     elif name == "Save":
         request.save.path = str(folder / f"{role}_{request.step}")
 

@@ -43,7 +43,7 @@ def _saved_again(trial):
 
 def _restored(trial):
     _configure_for_restore(trial)
-    path, digest = trial.subject.checkpoint()
+    path, digest = trial.subject.checkpoint
     trial.request(trial.make("Restore", path))
     if (found := trial.digest()) != digest:
         raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
@@ -61,7 +61,7 @@ def _unwritable(trial):
 def _damaged(trial, change, text):
     """`change` makes what the largest file holds of its content; None: there is no file at all."""
     _configure_for_restore(trial)
-    path, _ = trial.subject.checkpoint()
+    path, _ = trial.subject.checkpoint
     copy = trial.folder / "damaged"
     if change:
         shutil.copytree(path, copy) if Path(path).is_dir() else shutil.copyfile(path, copy)

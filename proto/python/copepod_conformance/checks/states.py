@@ -24,7 +24,7 @@ def _rule(state, settled, message, row):
 
 def _run(trial, state, settled, message, row):
     can = trial.subject.can("checkpoint") or message not in ("Save", "Restore")
-    saved = trial.subject.checkpoint()[0] if row is not None and can and message == "Restore" else ""
+    saved = trial.subject.checkpoint[0] if row is not None and can and message == "Restore" else ""
     trial.reach(state)
     if message == "Welcome":
         trial.welcome()
