@@ -54,7 +54,7 @@ class Script:
 def script_of(recording, role):
     """Script of "fluid", "body" or a controller by its name, up to the first damaged message. Requests that were sent
     twice count once."""
-    hello, by_sequence = None, {}
+    hello, by_sequence = None, dict[int, Exchange]()
     for recorded, envelope in recording.messages():
         if party_of(recorded) != role or recorded.lane == handshake.LANE_CONTROL:
             continue
