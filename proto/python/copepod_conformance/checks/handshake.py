@@ -25,6 +25,9 @@ _VERSIONS = Rule(
     "another major version, or a minor one that was not offered, is refused with code 65; "
     "fields of a newer minor version are ignored",
 )
+# Of physics and runs, a component may also announce that it neglects them, or the whole group before a colon.
+_NEGLECTABLE = {name for name, kind in FEATURES.items() if kind in ("physics", "run")}
+_KNOWN = {*FEATURES, *(f"neglects:{what}" for name in _NEGLECTABLE for what in (name, name.partition(":")[0]))}
 _OTHER_MAJORS = (PROTOCOL_MAJOR - 1, PROTOCOL_MAJOR + 1)
 _UNKNOWN_FIELD = b"\xfa\x3f\x03new"  # number 1023, three bytes: what a newer minor version might add
 
@@ -68,21 +71,12 @@ def _known_features(trial):
     """A coupler cannot require a name that is not in its table."""
     trial.sent.append("nothing; read the features from --capabilities")
     texts = []
-    for name in sorted(name for name in trial.subject.features if not _is_known(name)):
+    for name in sorted(trial.subject.features - _KNOWN):
         near = difflib.get_close_matches(name, FEATURES, n=1)
         hint = f" (did you mean {near[0]}?)" if near else ""
         texts.append(f"feature '{name}', which is not a known name{hint}")
     if texts:
         raise Violation("; ".join(texts))
-
-
-def _is_known(name):
-    """A name of the table, or "neglects:" and a feature of kind physics or run, or the group of one."""
-    if name in FEATURES:
-        return True
-    neglected = name.removeprefix("neglects:")
-    neglectable = {known for known, kind in FEATURES.items() if kind in ("physics", "run")}
-    return neglected != name and neglected in neglectable | {known.partition(":")[0] for known in neglectable}
 
 
 def _estimate(trial):
