@@ -114,9 +114,8 @@ def _errors(kind, motion, value):
     errors = {"ends": apart - along * axis if kind == "slider" else apart}
     if kind == "hinge":
         errors["axes"] = R_A @ _AXIS - axis
-        angle = 0.5 * np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
         if value is not None:
-            errors["angle"] = np.arcsin(angle @ _AXIS) - value
+            errors["angle"] = turned - _matrix((np.cos(value / 2), *np.sin(value / 2) * _AXIS))
     elif kind != "ball":
         errors["directions"] = turned - np.eye(3)
     if kind == "slider" and value is not None:

@@ -4,7 +4,6 @@ import math
 import secrets
 from functools import partial
 
-from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.internal.encoder import _VarintBytes as varint
 
 from copepod_component.messages import Envelope, message_name
@@ -46,7 +45,7 @@ def _bad_field(trial, name, path, change, fault):
     trial.reach("greeted" if name == SETUP[trial.role] else "configured")
     request = trial.make(name)
     holder, field = next((holder, field) for place, holder, field in _fields_of(content(request)) if place == path)
-    if _is_list(field):
+    if field.label == field.LABEL_REPEATED:
         entries = getattr(holder, field.name)
         entries[:] = change(list(entries))
     else:
@@ -61,19 +60,15 @@ def _fields_of(message, path=""):
     Empty lists are left out; of a list of messages the last one counts.
     """
     for field in message.DESCRIPTOR.fields:
-        inside, name = getattr(message, field.name), path + field.name
-        if _is_list(field) and not len(inside):
+        inside, name, is_list = getattr(message, field.name), path + field.name, field.label == field.LABEL_REPEATED
+        if is_list and not len(inside):
             continue
-        if field.type != FieldDescriptor.TYPE_MESSAGE:
+        if field.type != field.TYPE_MESSAGE:
             yield name, message, field
-        elif _is_list(field):
+        elif is_list:
             yield from _fields_of(inside[-1], f"{name}[{len(inside) - 1}].")
         else:
             yield from _fields_of(inside, f"{name}.")
-
-
-def _is_list(field):
-    return field.label == FieldDescriptor.LABEL_REPEATED
 
 
 def _last_is(value):
@@ -88,13 +83,13 @@ def _spoilt_fields(request):
     name = message_name(request)
     for path, _, field in _fields_of(content(request)):
         faults = []  # group, rule, change of the entries, its description, whether --quick leaves it out
-        if _is_list(field) and field.type != FieldDescriptor.TYPE_STRING:
+        if field.label == field.LABEL_REPEATED and field.type != field.TYPE_STRING:
             faults.append(("limits", _SHAPE, lambda entries: entries[:-1], "too short", False))
             faults.append(("limits", _SHAPE, lambda entries: [*entries, entries[-1]], "too long", False))
-        if field.type == FieldDescriptor.TYPE_ENUM:
+        if field.type == field.TYPE_ENUM:
             for number in (_NO_VALUE, 0):
                 faults.append(("limits", _ENUMERATION, _last_is(number), f"= {number}", number == 0))
-        if field.type == FieldDescriptor.TYPE_DOUBLE:
+        if field.type == field.TYPE_DOUBLE:
             for value in (math.nan, math.inf, -math.inf):
                 faults.append(("numbers", _FINITE, _last_is(value), f"= {value}", math.isinf(value)))
         for group, rule, change, fault, thorough in faults:
