@@ -44,9 +44,7 @@ class Case(MutableMapping[str, Any]):
             raise CaseError(
                 f"{path} is not a case (it must consist of «key: value» lines). Start it with «case: name»."
             )
-        case = cls(values)
-        _make_files_absolute(case._values, Path(path).absolute().parent)
-        return case
+        return cls(_with_absolute_files(values, Path(path).absolute().parent))
 
     def save(self, path: str | Path) -> None:
         """Writes a YAML file that `load` and the command read; names of files in it are absolute."""
@@ -55,8 +53,7 @@ class Case(MutableMapping[str, Any]):
     def text(self) -> str:
         """The case as YAML; numbers read back to the same bits."""
         yaml = required("yaml")
-        values = copy.deepcopy(self._values)
-        _make_files_absolute(values, Path.cwd())
+        values = _with_absolute_files(self._values, Path.cwd())
         style = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
         return str(yaml.dump(values, Dumper=_dumper(yaml), **style))
 
@@ -151,13 +148,13 @@ def _plain(value: Any, path: str) -> Any:
     raise CaseError(f"{path} cannot be {value!r} (of {type(value)}). Use numbers, texts, lists and dictionaries.")
 
 
-def _make_files_absolute(value: Any, folder: Path) -> None:
-    """The tables of signals, which a case names relative to itself."""
-    for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        if key == "file" and isinstance(item, str):
-            value[key] = str(folder / item)
-        elif isinstance(item, (dict, list)):
-            _make_files_absolute(item, folder)
+def _with_absolute_files(value: Any, folder: Path, key: Any = None) -> Any:
+    """A copy; the tables of signals, which a case names relative to itself, are named from the root."""
+    if isinstance(value, dict):
+        return {name: _with_absolute_files(item, folder, name) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_with_absolute_files(item, folder) for item in value]
+    return str(folder / value) if key == "file" and isinstance(value, str) else value
 
 
 # YAML 1.2, as the coupler reads it: PyYAML's own rules take 1e-6 for a text and «no» for a truth value.

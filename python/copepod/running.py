@@ -103,7 +103,7 @@ def run(
         raise Error(f"{COMMAND} does not exist (was the checkout moved?). Install copepod from it again.")
     with case_file(case) as file:
         command = [str(COMMAND), "run", str(file.path), *words]
-        show = on_progress or (_ignore if quiet else _ProgressLine(file.name))
+        show = on_progress or (None if quiet else _ProgressLine(file.name))
         return _Conversation(command, file, show, on_sample, quiet).finish()
 
 
@@ -114,7 +114,7 @@ class _Conversation(RunProcess):
         self,
         command: Sequence[str],
         file: "_CaseFile",
-        show: Callable[[Progress], object],
+        show: Callable[[Progress], object] | None,
         on_sample: Callable[[Sample], object] | None,
         quiet: bool,
     ) -> None:
@@ -143,7 +143,8 @@ class _Conversation(RunProcess):
                 )
             raise
         finally:
-            getattr(self._show, "close", _ignore)()
+            if isinstance(self._show, _ProgressLine):
+                self._show.close()
         if self.exit_code:
             raise self._failure(self.exit_code)
         assert self._directory is not None
@@ -161,7 +162,7 @@ class _Conversation(RunProcess):
             self._directory = str(event["path"])
             if self._on_sample and event["holds"] == "run":
                 self._samples = TrajectoryReader(Path(self._directory))
-        elif kind == "progress":
+        elif kind == "progress" and self._show:
             share = event["step"] / max(event["steps"], 1)
             remaining_s = event["remaining_s"] if event.get("steps_per_s", True) else None
             self._show(Progress(event.get("share", share), event["step"], event["steps"], remaining_s))
@@ -253,7 +254,3 @@ class _ProgressLine:
     def close(self) -> None:
         if self._drawn:
             print(file=sys.stderr)
-
-
-def _ignore(*_: object) -> None:
-    pass

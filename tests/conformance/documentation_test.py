@@ -203,7 +203,7 @@ class ProtocolPage(unittest.TestCase):
                 ["connected", "greeted", "configured", "stepping", "ready", "checkpointing"],
             )
             self.assertEqual(
-                protocol.path_to(role, "checkpointing"), ["Welcome", protocol.SETUP[role], protocol.STEP[role], "Save"]
+                protocol.paths(role)["checkpointing"], ["Welcome", protocol.SETUP[role], protocol.STEP[role], "Save"]
             )
 
 

@@ -68,18 +68,18 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     if options.capabilities:
         print(json.dumps({**dataclasses.asdict(capabilities), "role": served.role}))
         return 0
-    if options.estimate:
-        return _print_estimate(served.role, estimate, options.ranks)
+    try:
+        if options.estimate:
+            return _print_estimate(served.role, estimate, options.ranks)
+        keys = read_keys(options.keys) if options.keys else None
+        require_keys_off_this_machine(options.endpoint, keys)
+    except ComponentError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return int(CaseError.code)
     level = {"trace": "DEBUG", "off": "CRITICAL"}.get(options.log_level, options.log_level.upper())
     line = f"%(asctime)s %(levelname)s [{name} rank 0] %(message)s"
     logging.basicConfig(filename=options.log_file, level=level, format=line)
     log = logging.getLogger("copepod")
-    try:
-        keys = read_keys(options.keys) if options.keys else None
-        require_keys_off_this_machine(options.endpoint, keys)
-    except CaseError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return int(error.code)
     log.info("%s connects to %s as %s.", capabilities.name, options.endpoint, name)
     zmq_context, instance = zmq.Context(), secrets.randbits(64)
 
@@ -134,7 +134,7 @@ def _options(role, capabilities, estimate, arguments):
     parser.add_argument("--session", default=os.environ.get("COPEPOD_SESSION"), help="token of the run")
     if role == "controller":
         parser.add_argument("--name", help="which controller of the case this is")
-    parser.set_defaults(name=None)
+    parser.set_defaults(name=None, estimate=False)
     parser.add_argument("--keys", help="file with the keys of this role; required when other machines can listen")
     parser.add_argument("--log-file", help="log file (default: standard error)")
     parser.add_argument("--log-level", default="info", choices=["trace", "debug", "info", "warning", "error", "off"])
@@ -145,25 +145,20 @@ def _options(role, capabilities, estimate, arguments):
         "--connect-deadline", type=float, default=60.0, help="seconds to wait for the coupler at the start (60)"
     )
     options = parser.parse_args(arguments)
-    options.estimate = estimate is not None and options.estimate
     if not (options.capabilities or options.estimate) and not (options.endpoint and options.session):
         parser.error("no coupler to connect to (--endpoint or --session is missing). Give both")
     return options
 
 
 def _print_estimate(role, estimate, ranks):
-    """Protocol: "Estimates"."""
+    """Protocol: "Estimates". Raises ComponentError."""
     message = setup.FluidSetup() if role == "fluid" else setup.BodySetup()
     try:
-        try:
-            message.ParseFromString(sys.stdin.buffer.read())
-        except Exception as error:  # the exception depends on the implementation of protobuf
-            raise CaseError(
-                f"Standard input is not a serialised setup ({error}). Give the bytes of the message."
-            ) from error
-        check_setup(message)
-        print(json.dumps(dataclasses.asdict(estimate(message, ranks))))
-        return 0
-    except ComponentError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return int(CaseError.code)
+        message.ParseFromString(sys.stdin.buffer.read())
+    except Exception as error:  # the exception depends on the implementation of protobuf
+        raise CaseError(
+            f"Standard input is not a serialised setup ({error}). Give the bytes of the message."
+        ) from error
+    check_setup(message)
+    print(json.dumps(dataclasses.asdict(estimate(message, ranks))))
+    return 0

@@ -2,8 +2,6 @@
 
 import math
 
-from google.protobuf.descriptor import FieldDescriptor
-
 from .errors import Refused
 from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, setup as schema
 
@@ -98,28 +96,28 @@ def _check_fields(fields):
 def _check(message):
     for field in message.DESCRIPTOR.fields:
         value, name = getattr(message, field.name), field.name
-        repeated = field.label == FieldDescriptor.LABEL_REPEATED
+        repeated = field.label == field.LABEL_REPEATED
         if repeated:
             _check_length(field, value)
         entries = value if repeated else (value,)
-        if field.type == FieldDescriptor.TYPE_MESSAGE:
+        if field.type == field.TYPE_MESSAGE:
             if field.containing_oneof and not message.HasField(name):  # optional
                 continue
             for entry in entries:
                 _check(entry)
-        elif field.type == FieldDescriptor.TYPE_DOUBLE and not all(map(math.isfinite, entries)):
+        elif field.type == field.TYPE_DOUBLE and not all(map(math.isfinite, entries)):
             raise _refused(f"{name} holds a number that is not finite")
-        elif field.type == FieldDescriptor.TYPE_ENUM:
+        elif field.type == field.TYPE_ENUM:
             for entry in entries:
                 if entry == 0 or entry not in field.enum_type.values_by_number:
                     raise _refused(f"{name} has the unknown value {entry}")
-        elif field.type == FieldDescriptor.TYPE_STRING and name not in _LONG_TEXTS:
+        elif field.type == field.TYPE_STRING and name not in _LONG_TEXTS:
             for entry in entries:
                 check_text(entry, name)
 
 
 def _check_length(field, entries):
-    if field.type in (FieldDescriptor.TYPE_MESSAGE, FieldDescriptor.TYPE_STRING) and field.name not in _LENGTHS:
+    if field.type in (field.TYPE_MESSAGE, field.TYPE_STRING) and field.name not in _LENGTHS:
         if len(entries) > ENTRIES:
             raise _refused(f"{field.name} has {len(entries)} entries, at most {ENTRIES} are allowed")
     elif field.name not in _OF_ANY_LENGTH and len(entries) not in _LENGTHS.get(field.name, (3,)):

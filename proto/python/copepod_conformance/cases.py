@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from copepod_component.messages import Envelope, setup
-from copepod_conformance.protocol import content, part
+from copepod_conformance.protocol import content
 from copepod_conformance.verdicts import Violation
 
 SOLVERS = {
@@ -31,39 +31,49 @@ INERTIA_KG_M2 = 0.4 * MASS_KG * RADIUS_M**2  # of a sphere of uniform density
 FORCE_N = MASS_KG * 0.1 * SPEED_M_PER_S / STEP_S  # a tenth of the speed in every step
 TORQUE_N_M = INERTIA_KG_M2 * 0.1 * SPIN_RAD_PER_S / STEP_S
 ZERO = (0.0, 0.0, 0.0)
-AT_CENTRES = {"anchor_A_m": ZERO, "anchor_B_m": ZERO}
+AT_CENTRES: dict = {"anchor_A_m": ZERO, "anchor_B_m": ZERO}
 _INTEGRATORS = ("runge_kutta_4", "semi_implicit_euler")
 DIRECTION = np.array([0.5, -1.0, 0.25])
 _CORNERS_M = np.array([(8, 12, 12), (24, 12, 12), (16, 12, 20)]) * CELL_M
 _PATTERN_OF_THREE = np.array([DIRECTION, -DIRECTION, 2 * DIRECTION])
 _PARAMETERS = '{"target_m": [1e-6, 1e-6], "stroke_m": 1e-6}'  # of our own examples
 _PATTERN = np.array([DIRECTION, (-0.25, 0.5, 1.0)])  # motion in units of SPEED and SPIN, loads in units of FORCE
+_BALL = {"kind": setup.SHAPE_KIND_SPHERE, "radius_m": RADIUS_M}
+_SPHERE = {
+    "mass_kg": MASS_KG,
+    "shape": _BALL,
+    "motion": setup.MOTION_KIND_FREE,
+    "axis": (0.0, 0.0, 1.0),
+    "orientation_wxyz": (1.0, 0.0, 0.0, 0.0),
+    "velocity_m_per_s": (SPEED_M_PER_S, 0.0, 0.0),
+    "angular_velocity_rad_per_s": ZERO,
+}
 
 
 class FluidCase:
     def __init__(self, features, solver=None):
         self.solver = solver or next((name for name in SOLVERS if f"solver:{name}" in features), "external")
 
-    def setup_request(self):
-        request = Envelope(step=0)
-        message = part(request, "FluidSetup")
-        message.kind = SOLVERS[self.solver]
-        message.step_s, message.cell_size_m = STEP_S, CELL_M
-        message.density_kg_per_m3, message.kinematic_viscosity_m2_per_s = DENSITY_KG_PER_M3, VISCOSITY_M2_PER_S
-        message.domain_cells.extend(DOMAIN_CELLS)
-        for _ in range(6):
-            message.boundaries.add(kind=setup.BOUNDARY_KIND_NO_SLIP, velocity_m_per_s=[0, 0, 0])
-        message.symmetry_planes.extend([False] * 3)
-        message.body_force_N_per_m3.extend([0.0] * 3)
-        message.initial_flow.kind = setup.INITIAL_FLOW_KIND_REST
-        message.initial_flow.velocity_m_per_s.extend([0.0] * 3)
-        message.collision, message.precision = setup.COLLISION_KIND_BGK, setup.PRECISION_DOUBLE
-        message.moving_boundary, message.refill = setup.MOVING_BOUNDARY_BOUNCE_BACK, setup.REFILL_EQUILIBRIUM
-        for _ in POSITIONS_M:
-            message.bodies.add(kind=setup.SHAPE_KIND_SPHERE, radius_m=RADIUS_M)
-        message.fields.SetInParent()
-        message.flow.SetInParent()
-        return request
+    def setup_request(self, **changes):
+        """`changes`: fields of the setup that differ."""
+        lattice = {"step_s": STEP_S, "cell_size_m": CELL_M, "domain_cells": DOMAIN_CELLS}
+        liquid = {"density_kg_per_m3": DENSITY_KG_PER_M3, "kinematic_viscosity_m2_per_s": VISCOSITY_M2_PER_S}
+        wall = {"kind": setup.BOUNDARY_KIND_NO_SLIP, "velocity_m_per_s": ZERO}
+        choices = {
+            "kind": SOLVERS[self.solver],
+            "boundaries": 6 * [wall],
+            "symmetry_planes": 3 * [False],
+            "body_force_N_per_m3": ZERO,
+            "initial_flow": {"kind": setup.INITIAL_FLOW_KIND_REST, "velocity_m_per_s": ZERO},
+            "collision": setup.COLLISION_KIND_BGK,
+            "precision": setup.PRECISION_DOUBLE,
+            "moving_boundary": setup.MOVING_BOUNDARY_BOUNCE_BACK,
+            "refill": setup.REFILL_EQUILIBRIUM,
+            "bodies": len(POSITIONS_M) * [_BALL],
+            "fields": {},
+            "flow": {},
+        }
+        return Envelope(step=0, fluid_setup={**lattice, **liquid, **choices, **changes})
 
     def step_request(self, step):
         """Both bodies move and turn steadily."""
@@ -89,23 +99,12 @@ class BodyCase:
         self._is_driven = "actuator:pair_force" in features
         self.driving_nodes = [0.0]  # at which it requests values of actuators [steps]; its Configured replaces them
 
-    def setup_request(self):
-        request = Envelope(step=0)
-        message = part(request, "BodySetup")
-        message.step_s, message.integrator = STEP_S, self._integrator
-        message.gravity_m_per_s2.extend(ZERO)
-        message.periodic_length_m.extend(ZERO)
-        for number, position in enumerate(POSITIONS_M):
-            body = message.bodies.add(name=f"sphere {number}", mass_kg=MASS_KG, motion=setup.MOTION_KIND_FREE)
-            body.shape.kind, body.shape.radius_m = setup.SHAPE_KIND_SPHERE, RADIUS_M
-            body.axis.extend((0.0, 0.0, 1.0))
-            body.position_m.extend(position)
-            body.orientation_wxyz.extend((1.0, 0.0, 0.0, 0.0))
-            body.velocity_m_per_s.extend((SPEED_M_PER_S, 0.0, 0.0))
-            body.angular_velocity_rad_per_s.extend(ZERO)
-        if self._is_driven:
-            add_actuator(message, "pair_force", body_B=2)
-        return request
+    def setup_request(self, **changes):
+        """`changes`: fields of the setup that differ."""
+        numbers = {"step_s": STEP_S, "gravity_m_per_s2": ZERO, "periodic_length_m": ZERO}
+        actuators = [actuator("pair_force", body_B=2)] if self._is_driven else []
+        parts = {"integrator": self._integrator, "bodies": spheres({}, {}), "actuators": actuators}
+        return Envelope(step=0, body_setup={**numbers, **parts, **changes})
 
     def step_request(self, step):
         """Hydrodynamic loads on both bodies, and the drive; they grow, so that no two steps are alike."""
@@ -125,10 +124,11 @@ class ControllerCase:
     def __init__(self, features, solver=None):
         self.solver = ""
 
-    def setup_request(self):
+    def setup_request(self, **changes):
+        """`changes`: fields of the setup that differ."""
         setup = {"name": "pilot", "step_s": STEP_S, "every_steps": 1, "parameters": _PARAMETERS}
         names = {"bodies": ["A", "B", "C"], "actuators": [f"actuators.{number}" for number in range(3)]}
-        return Envelope(step=0, controller_setup={**setup, **names})
+        return Envelope(step=0, controller_setup={**setup, **names, **changes})
 
     def step_request(self, step):
         velocity, spin = SPEED_M_PER_S * _PATTERN_OF_THREE, SPIN_RAD_PER_S * _PATTERN_OF_THREE
@@ -166,10 +166,17 @@ def give_shape(content, shape, name):
             give_shape(content, part.shape, "sphere")
 
 
-def add_actuator(content, name, direction=(0.0, 0.0, 1.0), **fields):
-    """Adds an actuator to a BodySetup, with its anchors in the centres."""
-    kind = getattr(setup, f"ACTUATOR_KIND_{name.upper()}")
-    content.actuators.add(kind=kind, direction=direction, **AT_CENTRES, **fields)
+def spheres(*changes):
+    """Bodies of a BodySetup: both spheres, each with the fields that differ."""
+    return [
+        {"name": f"sphere {number}", "position_m": position, **_SPHERE, **change}
+        for number, (position, change) in enumerate(zip(POSITIONS_M, changes))
+    ]
+
+
+def actuator(name, direction=(0.0, 0.0, 1.0), **fields):
+    """An actuator of a BodySetup, with its anchors in the centres."""
+    return {"kind": f"ACTUATOR_KIND_{name.upper()}", "direction": direction, **AT_CENTRES, **fields}
 
 
 def rows(message, field, width=3, bodies=len(POSITIONS_M)):

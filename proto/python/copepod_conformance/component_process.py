@@ -78,8 +78,7 @@ class ComponentProcess:
 
     def send_signal(self, number):
         """To each of its processes."""
-        for pid in marked_processes(self._mark):
-            os.kill(pid, number)
+        signal_marked(self._mark, number)
 
     def cpu_seconds(self):
         """CPU time so far of each of its processes, by process id."""
@@ -105,7 +104,7 @@ class ComponentProcess:
 
     def end(self):
         """Ends whatever is left of it."""
-        end_marked(self._mark)
+        signal_marked(self._mark, signal.SIGKILL)
         self._popen.kill()
         self._popen.wait()
 
@@ -116,11 +115,11 @@ def marked_processes(mark):
     return [pid for pid in others if mark.encode() in _about(pid, "environ").split(b"\0")]
 
 
-def end_marked(mark):
-    """Kills every process that carries the mark."""
+def signal_marked(mark, number):
+    """Sends a signal to every process that carries the mark."""
     for pid in marked_processes(mark):
         with suppress(ProcessLookupError):
-            os.kill(pid, signal.SIGKILL)
+            os.kill(pid, number)
 
 
 def _about(pid, file):

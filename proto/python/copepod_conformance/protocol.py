@@ -38,17 +38,13 @@ def settled(role, state):
 
 def states_with_requests(role):
     """States in which a component can be sent a message, in the order of a run."""
-    return [state for state in _paths(role) if transition(role, state, event="work failed")]
+    return [state for state in paths(role) if transition(role, state, event="work failed")]
 
 
-def path_to(role, state):
-    """Messages that lead from the start to `state`, as few as possible."""
-    return _paths(role)[state]
-
-
-def _paths(role):
-    """Shortest path to every state; without Restore, since what it reads must have been saved before."""
-    paths: dict[str, list] = {START: []}
+def paths(role):
+    """As few messages as possible that lead from the start to each state; without Restore, since what it reads must
+    have been saved before."""
+    found: dict[str, list] = {START: []}
     queue = deque([START])
     while queue:
         state = queue.popleft()
@@ -56,10 +52,10 @@ def _paths(role):
             if role not in row["roles"] or state not in row["from"] or "to" not in row:
                 continue
             name = row.get("message")
-            if row["to"] not in paths and (name or row.get("event") == WORK_DONE) and name != "Restore":
-                paths[row["to"]] = paths[state] + ([name] if name else [])
+            if row["to"] not in found and (name or row.get("event") == WORK_DONE) and name != "Restore":
+                found[row["to"]] = found[state] + ([name] if name else [])
                 queue.append(row["to"])
-    return paths
+    return found
 
 
 def describe(envelope):

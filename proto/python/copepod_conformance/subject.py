@@ -4,7 +4,6 @@ check controls: reach a state, ask, expect."""
 import functools
 import json
 import tempfile
-import threading
 import time
 from pathlib import Path
 
@@ -30,8 +29,6 @@ class Subject(Component):
         self.capabilities = self._ask()
         self.features = set(self.capabilities.get("features", []))
         self.case = _CASES[self.role](self.features, options.solver)
-        self.reference = _once(lambda: Reference(self))
-        self.checkpoint = _once(self._save)
 
     @property
     def name(self):
@@ -40,13 +37,27 @@ class Subject(Component):
     def can(self, feature):
         return feature in self.features
 
-    def _save(self):
+    def require(self, *features):
+        """Raises NotApplicable unless the component announces all of them."""
+        for feature in features:
+            if not self.can(feature):
+                raise NotApplicable(f"it does not announce {feature}")
+
+    # Both are made when a check first asks; from Python 3.12 on, each of several threads that ask at once makes one.
+
+    @functools.cached_property
+    def reference(self):
+        """Of an undisturbed run: content of the replies to STEPS steps, and the digest after them."""
+        with Trial(self) as trial:
+            trial.configure()
+            return trial.advance(STEPS), trial.digest()
+
+    @functools.cached_property
+    def checkpoint(self):
         """Path of a checkpoint of the middle of an undisturbed run, and the digest then."""
-        if not self.can("checkpoint"):
-            raise NotApplicable("it does not announce checkpoint")
         with Trial(self) as trial:
             trial.configure(SAVED_STEP)
-            digest = digest_of(trial)
+            digest = trial.digest()
             message = trial.make("Save", Path(tempfile.mkdtemp(dir=self.folder)) / "checkpoint")
             trial.request(message)
             return message.save.path, digest
@@ -72,45 +83,6 @@ class Subject(Component):
         return capabilities
 
 
-def _once(make):
-    """A function that returns what `make` returned when it was first called, also when several threads call at once."""
-    lock, kept = threading.Lock(), functools.cache(make)
-
-    def get():
-        with lock:
-            return kept()
-
-    return get
-
-
-class Reference:
-    """What an undisturbed run replies: content of the `replies` to STEPS steps, and the `digest` after them."""
-
-    def __init__(self, subject):
-        with Trial(subject) as trial:
-            trial.configure()
-            self.replies, self.digest = trial.advance(STEPS), digest_of(trial)
-
-    def compare(self, replies, first=0):
-        """Raises Violation at the first reply that is not the one of the undisturbed run."""
-        for number, reply in enumerate(replies, first):
-            if reply != self.replies[number]:
-                raise Violation(f"a reply to step {number} that differs from the one of an undisturbed run")
-
-    def compare_end(self, trial):
-        """The rest of the run, and its digest."""
-        first = trial.next_step
-        self.compare(trial.advance(STEPS - first), first)
-        if (digest := digest_of(trial)) != self.digest:
-            raise Violation(
-                f"digest {digest:016x} after step {STEPS - 1}, but {self.digest:016x} in an undisturbed run"
-            )
-
-
-def digest_of(trial):
-    return trial.request("Summarise").envelope.summary.digest
-
-
 class Trial(Conversation):
     """A coupler that follows the protocol unless a check requests otherwise."""
 
@@ -119,22 +91,16 @@ class Trial(Conversation):
         self.role, self.case, self.step_name = subject.role, subject.case, protocol.STEP[subject.role]
         self.next_step = 0
 
-    def require(self, *features):
-        """Raises NotApplicable unless the component announces all of them."""
-        for feature in features:
-            if not self.subject.can(feature):
-                raise NotApplicable(f"it does not announce {feature}")
-
     # -- the run of a coupler
 
     def reach(self, state):
         """Brings the component to `state` by the shortest path; in a busy state the last reply is still to come."""
-        path = protocol.path_to(self.role, state)
+        path = protocol.paths(self.role)[state]
         busy = protocol.settled(self.role, state) != state  # a component only passes through while it works
         self.await_hello()
         for place, name in enumerate(path):
             if name == "Save":
-                self.require("checkpoint")
+                self.subject.require("checkpoint")
             if name == "Welcome":
                 self.welcome()
             elif busy and place == len(path) - 1:
@@ -168,6 +134,10 @@ class Trial(Conversation):
     def advance(self, steps):
         """Some steps; returns the content of the replies."""
         return [self.request(self.step_name).content for _ in range(steps)]
+
+    def digest(self):
+        """What it reports of its state."""
+        return self.request("Summarise").envelope.summary.digest
 
     def finish(self):
         """The proper end of a run."""
@@ -213,6 +183,20 @@ class Trial(Conversation):
         if reply.name == "Configured" and self.role == "body":
             self.case.driving_nodes = header.configured.driving_nodes
         return reply
+
+    def expect_undisturbed(self, replies, first=0):
+        """These replies, to the steps from `first` on, are those of an undisturbed run."""
+        expected, _ = self.subject.reference
+        for number, reply in enumerate(replies, first):
+            if reply != expected[number]:
+                raise Violation(f"a reply to step {number} that differs from the one of an undisturbed run")
+
+    def expect_undisturbed_end(self):
+        """The rest of the run is that of an undisturbed one, and so is its digest."""
+        first, (_, expected) = self.next_step, self.subject.reference
+        self.expect_undisturbed(self.advance(STEPS - first), first)
+        if (digest := self.digest()) != expected:
+            raise Violation(f"digest {digest:016x} after step {STEPS - 1}, but {expected:016x} in an undisturbed run")
 
     def expect_failure(self, code, words=(), is_sent=True):
         """A Failure with this code and these words, and an end with the same code.

@@ -1,6 +1,7 @@
 """All checks of a component: chosen, run several at a time, and abandoned when the component does not answer at all;
 their results as a table for people, and as JUnit XML for continuous integration."""
 
+import signal
 import threading
 import time
 from collections import Counter
@@ -9,7 +10,7 @@ from xml.etree import ElementTree
 
 from copepod_conformance.checks import body_constraints, body_physics, fluid_physics
 from copepod_conformance.checks import checkpoints, exactly_once, handshake, lifetime, limits, states
-from copepod_conformance.component_process import end_marked
+from copepod_conformance.component_process import signal_marked
 from copepod_conformance.subject import Trial
 from copepod_conformance.verdicts import NotApplicable, Result, Silence, Violation
 
@@ -41,7 +42,7 @@ class Suite:
                 results = list(pool.map(self._run_check, (check for check in self._checks if not check.alone)))
             except BaseException:  # stopped by a signal: checks under way notice that their component is gone
                 pool.shutdown(wait=False, cancel_futures=True)
-                end_marked(f"{SUITE}={self._subject.environment[SUITE]}")
+                signal_marked(f"{SUITE}={self._subject.environment[SUITE]}", signal.SIGKILL)
                 raise
         results += [self._run_check(check) for check in self._checks if check.alone]
         return sorted(results, key=lambda result: self._checks.index(result.check))
@@ -52,6 +53,7 @@ class Suite:
         try:
             if self._silences >= _MOST_SILENCES:
                 raise Violation("not tried: the component was silent too often")
+            self._subject.require(*check.needs)
             with Trial(self._subject, check.options) as trial:
                 sent = trial.sent
                 check.run(trial, *check.arguments)

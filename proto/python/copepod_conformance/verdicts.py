@@ -35,6 +35,7 @@ class Check:
     rule: Rule
     run: Callable  # of the open Trial and the arguments; raises Violation or NotApplicable
     arguments: tuple = ()
+    needs: tuple = ()  # features that the component must announce
     thorough: bool = False  # left out by --quick
     options: tuple = ()  # for the component's command line
     alone: bool = False  # needs the machine's memory or cores for itself

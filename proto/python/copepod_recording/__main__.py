@@ -7,6 +7,7 @@ import shutil
 import signal
 import sys
 import tempfile
+from contextlib import closing
 from pathlib import Path
 
 from copepod_conformance.__main__ import called_as, end, number_type
@@ -145,20 +146,18 @@ def _replay(options):
     if not options.command or shutil.which(options.command[0]) is None:
         name = " ".join(options.command) or "(none given)"
         end(f"The {options.role} component {name} cannot be started (no such program). Give its path.")
-    differences, number = [], 0
-
-    def add(exchange, text):
-        nonlocal number
-        number += 1
-        if number <= _SHOWN:
-            differences.append(f"step {exchange.request.step}: {text}")
-
+    compared, number, shown = 0, 0, []
     try:
         with tempfile.TemporaryDirectory(prefix="copepod-replay-") as folder, zmq.Context() as context:
             component = Component(options.command, dict(os.environ), folder, context, _PATIENCE_S, shows_output=True)
-            compared = replay(component, options.role, script, options.tolerance, add)
+            with closing(replay(component, options.role, script, options.tolerance)) as replies:
+                for exchange, differences in replies:
+                    compared += 1
+                    for number, text in enumerate(differences, number + 1):
+                        if number <= _SHOWN:
+                            shown.append(f"step {exchange.request.step}: {text}")
     finally:
-        for line in differences:
+        for line in shown:
             print(line)
     _print_endings([recording])
     how = f"within a relative difference of {options.tolerance:g}" if options.tolerance else "bit by bit"

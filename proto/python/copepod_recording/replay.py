@@ -11,7 +11,7 @@ from copepod_component.messages import Envelope, handshake, message_name, record
 from copepod_component.run import Capabilities, serve_component
 from copepod_component.solvers import SolverContext
 from copepod_conformance.conversation import DATA, Conversation
-from copepod_conformance.protocol import HANDSHAKE, ROLE_NUMBER, content, part
+from copepod_conformance.protocol import HANDSHAKE, ROLE_NUMBER, SETUP, content, part
 from copepod_conformance.verdicts import Violation
 from copepod_recording.reader import party_of
 
@@ -42,8 +42,8 @@ class Exchange:
 class Script:
     """A component's part in a recorded run: the data lane of one role, request by request."""
 
-    hello: object = None  # on the data lane; None if there is none
-    exchanges: list = dataclasses.field(default_factory=list)
+    hello: object  # on the data lane; None if there is none
+    exchanges: list
 
     @property
     def restore(self):
@@ -54,33 +54,30 @@ class Script:
 def script_of(recording, role):
     """Script of "fluid", "body" or a controller by its name, up to the first damaged message. Requests that were sent
     twice count once."""
-    script = Script()
-    by_sequence = {}
+    hello, by_sequence = None, dict[int, Exchange]()
     for recorded, envelope in recording.messages():
         if party_of(recorded) != role or recorded.lane == handshake.LANE_CONTROL:
             continue
         if envelope is None:
-            recording.ending = f"damaged after {len(script.exchanges)} exchanges"
+            recording.ending = f"damaged after {len(by_sequence)} exchanges"
             break
         name = message_name(envelope)
         if name == "Hello":
-            script.hello = script.hello or envelope.hello
+            hello = hello or envelope.hello
         elif name is None or name in HANDSHAKE or envelope.sequence == 0:
             continue
         elif recorded.direction == schema.DIRECTION_TO_COMPONENT:
-            if envelope.sequence not in by_sequence:
-                by_sequence[envelope.sequence] = Exchange(name, envelope)
-                script.exchanges.append(by_sequence[envelope.sequence])
+            by_sequence.setdefault(envelope.sequence, Exchange(name, envelope))
         elif envelope.sequence in by_sequence:
             by_sequence[envelope.sequence].reply = envelope
-    return script
+    return Script(hello, list(by_sequence.values()))
 
 
-def replay(component, role, script, tolerance, on_difference):
-    """Plays the coupler of a recorded run to `component` (a Component); returns how many replies were compared.
+def replay(component, role, script, tolerance):
+    """Plays the coupler of a recorded run to `component` (a Component).
 
-    `on_difference(exchange, text)` is called for every value that differs. Raises SolverError if the component does not
-    answer, reports a failure or does not exit with 0.
+    Yields each Exchange whose reply was recorded, with a text for every value that differs. Raises SolverError if the
+    component does not answer, reports a failure or does not exit with 0.
     """
     try:
         kind = role if role in ROLE_NUMBER else "controller"
@@ -89,20 +86,15 @@ def replay(component, role, script, tolerance, on_difference):
             if conversation.hellos[DATA].envelope.hello.role != ROLE_NUMBER[kind]:
                 raise Violation(f"a Hello that is not of a {role} component")
             conversation.welcome()
-            compared = 0
             for exchange in script.exchanges:
                 reply = _ask(conversation, exchange, role)
-                if exchange.reply is None:
-                    continue
-                compared += 1
-                for text in differences(exchange.reply, reply, tolerance):
-                    on_difference(exchange, text)
+                if exchange.reply is not None:
+                    yield exchange, differences(exchange.reply, reply, tolerance)
             last = script.exchanges[-1]
             if last.name != "Finish":
                 _ask(conversation, Exchange("Finish", Envelope(step=last.request.step, finish={})), role)
             if (code := conversation.await_end(_END_S)) != 0:
                 raise Violation(conversation.describe_end(code, "0"))
-            return compared
     except (Violation, OSError) as problem:
         raise SolverError(
             f"The {role} component did not answer as a component should ({problem}). See its output, or test it with: "
@@ -130,11 +122,10 @@ def _ask(conversation, exchange, role):
 def _redirect(request, role, folder):
     """Output of the recorded run must not be overwritten."""
     name = message_name(request)
+    if name in SETUP.values():
+        content(request).trace_directory = ""
     if name == "FluidSetup":
         request.fluid_setup.fields.directory = str(folder)
-        request.fluid_setup.trace_directory = ""
-    elif name in ("BodySetup", "ControllerSetup"):
-        content(request).trace_directory = ""
     elif name == "Save":
         request.save.path = str(folder / f"{role}_{request.step}")
 
@@ -199,25 +190,27 @@ def differences(expected, found, tolerance=0.0, path="", ignored=_PER_RUN):
     for field in expected.DESCRIPTOR.fields:
         if field.name in ignored:
             continue
-        name = path + field.name
-        a, b = getattr(expected, field.name), getattr(found, field.name)
-        pairs = [(name, a, b)]
-        if field.label == field.LABEL_REPEATED:
-            if len(a) != len(b):
-                yield f"{name}: {len(b)} values instead of {len(a)}"
-                continue
-            pairs = [(f"{name}[{index}]", x, y) for index, (x, y) in enumerate(zip(a, b))]
-        elif field.message_type is not None:
-            if expected.HasField(field.name) != found.HasField(field.name):
-                yield f"{name}: {'missing' if expected.HasField(field.name) else 'not expected'}"
-            if not (expected.HasField(field.name) and found.HasField(field.name)):
-                continue
-        for index, (place, x, y) in enumerate(pairs):
+        name, is_list = path + field.name, field.label == field.LABEL_REPEATED
+        a, b = _values(expected, field), _values(found, field)
+        if len(a) != len(b):
+            missing = "missing" if len(a) else "not expected"
+            yield f"{name}: {len(b)} values instead of {len(a)}" if is_list else f"{name}: {missing}"
+            continue
+        for index, (x, y) in enumerate(zip(a, b)):
+            place = f"{name}[{index}]" if is_list else name
             if field.message_type is not None:
                 inside = _PER_MESSAGE.get(field.message_type.name, ())
                 yield from differences(x, y, tolerance, f"{place}.", inside)
             elif not _same(x, y, tolerance):
                 yield f"{place}{_meaning(field, index)}: {y} instead of {x}"
+
+
+def _values(message, field):
+    """What a field holds, none if it is a message that is missing."""
+    value = getattr(message, field.name)
+    if field.label == field.LABEL_REPEATED:
+        return value
+    return [value] if field.message_type is None or message.HasField(field.name) else []
 
 
 def _meaning(field, index):

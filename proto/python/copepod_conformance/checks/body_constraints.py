@@ -1,12 +1,13 @@
 """Contacts and joints of body solvers that announce them: a rebound has the restitution of the setup; a joint, free or
 driven, is closed after every step, whatever the loads."""
 
+from functools import partial
+
 import numpy as np
 
-from copepod_component.messages import setup
 from copepod_conformance.cases import FORCE_N, INERTIA_KG_M2, MASS_KG, POSITIONS_M, RADIUS_M, SPEED_M_PER_S, STEP_S
-from copepod_conformance.cases import TORQUE_N_M, ZERO, add_actuator
-from copepod_conformance.checks.body_physics import STEPS, expect_of, motions_of, move
+from copepod_conformance.cases import TORQUE_N_M, ZERO, actuator, spheres
+from copepod_conformance.checks.body_physics import NEARLY, STEPS, motions_of, move, under_loads
 from copepod_conformance.verdicts import Check, Violation, implied
 
 _REBOUND = implied("a body that hits a wall or another body rebounds with the restitution of the setup, within 2 %")
@@ -22,52 +23,40 @@ _RESTITUTION = 0.5
 _STIFFNESS_OF_CONTACT_N_PER_M = 0.5 * MASS_KG * (np.pi / (_CONTACT_STEPS * STEP_S)) ** 2
 
 
-def _with_contacts(change):
-    """The setup with contacts, both spheres at rest."""
-
-    def complete(content):
-        content.contact.stiffness_N_per_m = _STIFFNESS_OF_CONTACT_N_PER_M
-        content.contact.restitution, content.contact.friction = _RESTITUTION, 0.0
-        for body in content.bodies:
-            body.velocity_m_per_s[:] = ZERO
-        change(content)
-
-    return complete
-
-
 _GAP_M = _FALL_STEPS * STEP_S * SPEED_M_PER_S
+_FLOOR = {"point_m": ZERO, "normal": (0.0, 0.0, 1.0), "velocity_m_per_s": ZERO}
+
+
+def _in_contact(change):
+    """Fields of a setup with contacts: both spheres at rest, but for the change of sphere 0."""
+    contact = {"stiffness_N_per_m": _STIFFNESS_OF_CONTACT_N_PER_M, "restitution": _RESTITUTION, "friction": 0.0}
+    resting = {"velocity_m_per_s": ZERO}
+    return {"contact": contact, "bodies": spheres({**resting, **change}, resting)}
 
 
 def _rebounding(trial, where):
     """Sphere 0 hits a wall, or sphere 1."""
     hits_wall = where == "the wall"
-    trial.require("contact", *(["walls"] if hits_wall else []))
+    trial.subject.require("contact", *(["walls"] if hits_wall else []))
     axis = 2 if hits_wall else 0
-
-    def aim(content):
-        if hits_wall:
-            content.walls.add(point_m=ZERO, normal=(0.0, 0.0, 1.0), velocity_m_per_s=ZERO)
-        place_m = RADIUS_M + _GAP_M if hits_wall else POSITIONS_M[1][0] - 2 * RADIUS_M - _GAP_M
-        content.bodies[0].position_m[axis] = place_m
-        content.bodies[0].velocity_m_per_s[axis] = -SPEED_M_PER_S if hits_wall else SPEED_M_PER_S
-
-    first, other = move(trial, _with_contacts(aim), steps=_FALL_STEPS + 3 * _CONTACT_STEPS).velocity_m_per_s[:, axis]
+    start_m, velocity_m_per_s = np.array(POSITIONS_M[0]), np.zeros(3)
+    start_m[axis] = RADIUS_M + _GAP_M if hits_wall else POSITIONS_M[1][0] - 2 * RADIUS_M - _GAP_M
+    velocity_m_per_s[axis] = -SPEED_M_PER_S if hits_wall else SPEED_M_PER_S
+    changes = _in_contact({"position_m": start_m, "velocity_m_per_s": velocity_m_per_s})
+    walls, steps = [_FLOOR] if hits_wall else [], _FALL_STEPS + 3 * _CONTACT_STEPS
+    first, other = move(trial, walls=walls, steps=steps, **changes).velocity_m_per_s[:, axis]
     found = (first if hits_wall else other - first) / SPEED_M_PER_S
     if not abs(found - _RESTITUTION) <= 0.02 * _RESTITUTION:
         raise Violation(f"{found:.4g} of the speed is left after a rebound from {where}, not {_RESTITUTION}")
 
 
 def _resting(trial):
-    trial.require("contact", "walls", "gravity")
     sinking = 1e-4  # of the radius
-
-    def lay_down(content):
-        content.walls.add(point_m=ZERO, normal=(0.0, 0.0, 1.0), velocity_m_per_s=ZERO)
-        content.gravity_m_per_s2[2] = -_STIFFNESS_OF_CONTACT_N_PER_M * sinking * RADIUS_M / MASS_KG
-        content.bodies[0].position_m[2] = RADIUS_M
-
+    weight_per_mass = _STIFFNESS_OF_CONTACT_N_PER_M * sinking * RADIUS_M / MASS_KG
+    changes = _in_contact({"position_m": (*POSITIONS_M[0][:2], RADIUS_M)})
+    changes.update(walls=[_FLOOR], gravity_m_per_s2=(0.0, 0.0, -weight_per_mass))
     depth = 0.0
-    for motion in motions_of(trial, _with_contacts(lay_down), steps=20 * _CONTACT_STEPS):
+    for motion in motions_of(trial, steps=20 * _CONTACT_STEPS, **changes):
         depth = 1.0 - motion.position_m[0][2] / RADIUS_M
         if not -0.01 * sinking <= depth <= 2.1 * sinking:
             raise Violation(f"a sphere on the floor is {depth:.3g} of its radius below its place")
@@ -87,25 +76,22 @@ _ANCHOR_M = np.array([0.5 * _LENGTH_M, 0.0, 0.0])  # from the centre of sphere 0
 _VALUE = {"hinge": 0.01, "slider": 0.01 * RADIUS_M, "distance": 0.01 * RADIUS_M}  # per step, of a driven joint
 
 
-def _join(kind, driven):
-    """A joint in the middle between both spheres, which turn together."""
-
-    def change(content):
-        spin = _TURN_PER_STEP_RAD / STEP_S
-        for body, side in zip(content.bodies, (-1.0, 1.0)):
-            body.angular_velocity_rad_per_s[:] = (0.0, 0.0, spin)
-            body.velocity_m_per_s[:] = (SPEED_M_PER_S, side * 0.5 * _LENGTH_M * spin, 0.0)
-        anchor_m = ZERO if kind == "distance" else _ANCHOR_M
-        _add_joint(content, kind, anchor_m, -np.asarray(anchor_m), body_B=2)
-        if driven:
-            add_actuator(content, "joint_motion", body_B=2, joint=1)
-
-    return change
+def _joined(kind, driven):
+    """Fields of a setup with a joint in the middle between both spheres, which turn together."""
+    spin = _TURN_PER_STEP_RAD / STEP_S
+    turning = (
+        {"angular_velocity_rad_per_s": (0.0, 0.0, spin), "velocity_m_per_s": (SPEED_M_PER_S, side * spin, 0.0)}
+        for side in (-0.5 * _LENGTH_M, 0.5 * _LENGTH_M)
+    )
+    anchor_m = ZERO if kind == "distance" else _ANCHOR_M
+    joint = _joint(kind, anchor_m, -np.asarray(anchor_m), body_B=2)
+    actuators = [actuator("joint_motion", body_B=2, joint=1)] if driven else []
+    return {"bodies": spheres(*turning), "joints": [joint], "actuators": actuators}
 
 
-def _add_joint(content, kind, anchor_A_m, anchor_B_m, **fields):
-    number = getattr(setup, f"JOINT_KIND_{kind.upper()}")
-    content.joints.add(kind=number, body_A=0, anchor_A_m=anchor_A_m, anchor_B_m=anchor_B_m, axis=_AXIS, **fields)
+def _joint(kind, anchor_A_m, anchor_B_m, **fields):
+    anchors = {"anchor_A_m": anchor_A_m, "anchor_B_m": anchor_B_m}
+    return {"kind": f"JOINT_KIND_{kind.upper()}", "body_A": 0, **anchors, "axis": _AXIS, **fields}
 
 
 def _matrix(q_WB):
@@ -128,9 +114,8 @@ def _errors(kind, motion, value):
     errors = {"ends": apart - along * axis if kind == "slider" else apart}
     if kind == "hinge":
         errors["axes"] = R_A @ _AXIS - axis
-        angle = 0.5 * np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]])
         if value is not None:
-            errors["angle"] = np.arcsin(angle @ _AXIS) - value
+            errors["angle"] = turned - _matrix((np.cos(value / 2), *np.sin(value / 2) * _AXIS))
     elif kind != "ball":
         errors["directions"] = turned - np.eye(3)
     if kind == "slider" and value is not None:
@@ -139,10 +124,10 @@ def _errors(kind, motion, value):
 
 
 def _stays_closed(trial, kind, driven=False):
-    trial.require(f"joint:{kind}", *(["actuator:joint_motion"] if driven else []))
+    trial.subject.require(f"joint:{kind}", *(["actuator:joint_motion"] if driven else []))
     loads = {"force": FORCE_N * _AXIS, "torque": TORQUE_N_M * np.array([1.0, -0.5, 0.25])}
     drive = (lambda time_steps: [_VALUE[kind] * time_steps]) if driven else (lambda time_steps: [])
-    moved = motions_of(trial, _join(kind, driven), steps=_STEPS, values=drive, **loads)
+    moved = motions_of(trial, steps=_STEPS, values=drive, **loads, **_joined(kind, driven))
     for step, motion in enumerate(moved, 1):
         for what, error in _errors(kind, motion, _VALUE[kind] * step if driven else None).items():
             if not np.abs(error).max() <= _OPEN:
@@ -153,29 +138,17 @@ def _stays_closed(trial, kind, driven=False):
 
 def _spring_turns(trial):
     """Both spheres, by opposite torques, for a time so short that these are constant; the hinge exerts no force."""
-    trial.require("joint:hinge", "joint:springs")
-
-    def join(content):
-        _add_joint(content, "hinge", _ANCHOR_M, -_ANCHOR_M, body_B=2, stiffness=TORQUE_N_M, rest=1.0)
-
-    motion = move(trial, join)
+    hinge = _joint("hinge", _ANCHOR_M, -_ANCHOR_M, body_B=2, stiffness=TORQUE_N_M, rest=1.0)
     gained = TORQUE_N_M / INERTIA_KG_M2 * STEPS * STEP_S * _AXIS
-    for body, sign in ((0, 1), (1, -1)):
-        expect_of(motion, body, "angular_velocity_rad_per_s", sign * gained, 0.05 * float(gained.max()))
+    under_loads(trial, joints=[hinge], gains=[gained, -gained], within=NEARLY)
 
 
 def _limit_holds(trial):
     """Sphere 0 is pushed along a rail in the world, which ends after a two-hundredth of its radius."""
-    trial.require("joint:slider", "joint:limits")
     limit_m = 0.005 * RADIUS_M
-
-    def join(content):
-        for velocity in (content.bodies[0].velocity_m_per_s, content.bodies[0].angular_velocity_rad_per_s):
-            velocity[:] = ZERO
-        start_m = content.bodies[0].position_m[:]
-        _add_joint(content, "slider", ZERO, start_m, lowest=-0.1 * limit_m, highest=limit_m)
-
-    motion = move(trial, join, steps=60, force=FORCE_N * _AXIS)
+    resting = {"velocity_m_per_s": ZERO, "angular_velocity_rad_per_s": ZERO}
+    rail = _joint("slider", ZERO, POSITIONS_M[0], lowest=-0.1 * limit_m, highest=limit_m)
+    motion = move(trial, steps=60, force=FORCE_N * _AXIS, bodies=spheres(resting, {}), joints=[rail])
     moved = (motion.position_m[0] - POSITIONS_M[0]) @ _AXIS / limit_m
     if not abs(moved - 1.0) <= _STOP:
         raise Violation(f"it has moved {moved:.6g} times the limit")
@@ -183,12 +156,13 @@ def _limit_holds(trial):
 
 def checks(subject):
     kinds = ("ball", "hinge", "slider", "fixed", "distance")
+    check = partial(Check, "physics")
     return [
-        Check("physics", "a body rebounds with the restitution of the setup", _REBOUND, _rebounding, ("the wall",)),
-        Check("physics", "spheres rebound from each other", _REBOUND, _rebounding, ("each other",)),
-        Check("physics", "a body on the floor stays", _RESTING, _resting),
-        *(Check("physics", f"a {kind} joint stays closed", _CLOSED, _stays_closed, (kind,)) for kind in kinds),
-        Check("physics", "a spring in a hinge turns both bodies", _SPRING, _spring_turns),
-        Check("physics", "a slider stays at its limit", _LIMIT, _limit_holds),
-        *(Check("physics", f"a driven {kind} joint follows", _DRIVEN, _stays_closed, (kind, True)) for kind in _VALUE),
+        check("a body rebounds with the restitution of the setup", _REBOUND, _rebounding, ("the wall",)),
+        check("spheres rebound from each other", _REBOUND, _rebounding, ("each other",)),
+        check("a body on the floor stays", _RESTING, _resting, needs=("contact", "walls", "gravity")),
+        *(check(f"a {kind} joint stays closed", _CLOSED, _stays_closed, (kind,)) for kind in kinds),
+        check("a spring in a hinge turns both bodies", _SPRING, _spring_turns, needs=("joint:hinge", "joint:springs")),
+        check("a slider stays at its limit", _LIMIT, _limit_holds, needs=("joint:slider", "joint:limits")),
+        *(check(f"a driven {kind} joint follows", _DRIVEN, _stays_closed, (kind, True)) for kind in _VALUE),
     ]

@@ -8,7 +8,7 @@ from copepod_component.messages import setup
 from copepod_component.solvers import WIDTHS, Kinematics
 from copepod_conformance.cases import AT_CENTRES, DIRECTION, FORCE_N, INERTIA_KG_M2, MASS_KG, OTHER_SHAPES, POSITIONS_M
 from copepod_conformance.cases import SPEED_M_PER_S, SPIN_RAD_PER_S, STEP_S, TORQUE_N_M, ZERO
-from copepod_conformance.cases import add_actuator, give_shape, rows
+from copepod_conformance.cases import actuator, give_shape, rows, spheres
 from copepod_conformance.verdicts import Check, NotApplicable, Violation, implied
 
 _NEWTON = implied("a body under a constant force F accelerates with F/m; without a force it keeps its velocity")
@@ -32,19 +32,17 @@ _TITLES = {
 }
 _TIME_S = STEPS * STEP_S
 _ROUNDING = 1e-6  # of the expected change
+_PAIR_FORCE = ("actuator:pair_force",)
+NEARLY = 0.05  # of what changes under forces that are nearly constant for a short time
 _START_M_PER_S = np.array([SPEED_M_PER_S, 0.0, 0.0])
 _GRAVITY_M_PER_S2 = DIRECTION * FORCE_N / MASS_KG
 _EXTENSION_M = 1e-6
-_STIFFNESS_N_PER_M = FORCE_N / _EXTENSION_M
 
 
-def motions_of(trial, change=None, force=ZERO, torque=ZERO, values=(), steps=STEPS):
-    """The bodies after each step, body 0 under these constant loads; `change` is done to the setup before."""
+def motions_of(trial, force=ZERO, torque=ZERO, values=(), steps=STEPS, **changes):
+    """The bodies after each step, body 0 under these constant loads; `changes`: fields of the setup that differ."""
     trial.reach("greeted")
-    request = trial.case.setup_request()
-    del request.body_setup.actuators[:]
-    if change:
-        change(request.body_setup)
+    request = trial.case.setup_request(**{"actuators": [], **changes})
     bodies = len(request.body_setup.bodies)
     trial.request(request)
     rest = [ZERO] * (bodies - 1)
@@ -54,9 +52,9 @@ def motions_of(trial, change=None, force=ZERO, torque=ZERO, values=(), steps=STE
         yield Kinematics(step + 1, *found)
 
 
-def move(trial, *arguments, **named):
+def move(trial, **how):
     """The last of motions_of."""
-    *_, motion = motions_of(trial, *arguments, **named)
+    *_, motion = motions_of(trial, **how)
     return motion
 
 
@@ -70,65 +68,47 @@ def expect(what, found, expected, tolerance):
         raise Violation(f"{what} {found} instead of {expected} (± {tolerance:.1g}) after {STEPS} steps")
 
 
-def _expect_acceleration(motion, body, acceleration_m_per_s2):
-    """v = v₀ + a t within rounding; x = x₀ + v₀ t + a t²/2 within what a first-order integrator may be off."""
-    scale_m_per_s = max(float(np.abs(acceleration_m_per_s2).max()) * _TIME_S, SPEED_M_PER_S)
-    velocity = _START_M_PER_S + acceleration_m_per_s2 * _TIME_S
-    expect_of(motion, body, "velocity_m_per_s", velocity, _ROUNDING * scale_m_per_s)
-    position = POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2
-    expect_of(motion, body, "position_m", position, scale_m_per_s * STEP_S)
+def under_loads(trial, force=ZERO, torque=ZERO, accelerates=(), gains=(), within=_ROUNDING, **changes):
+    """The accelerations that bodies must have, and the angular velocities that they must have gained.
 
-
-def _under_loads(trial, force=ZERO, torque=ZERO, change=None, needs=(), accelerates=(), gains=()):
-    """What bodies 0 and 1 must have: accelerations, and angular velocities gained."""
-    trial.require(*needs)
+    v = v₀ + a t, without net momentum where the accelerations have none; x = x₀ + v₀ t + a t²/2 of the two spheres of
+    every case, within what a first-order integrator may be off.
+    """
     if np.any(torque) and trial.subject.can("neglects:torques"):
         raise NotApplicable("it announces neglects:torques")
-    motion = move(trial, change, force=force, torque=torque)
+    motion = move(trial, force=force, torque=torque, **changes)
     for body, acceleration_m_per_s2 in enumerate(accelerates):
-        _expect_acceleration(motion, body, acceleration_m_per_s2)
+        scale_m_per_s = max(float(np.abs(acceleration_m_per_s2).max()) * _TIME_S, SPEED_M_PER_S)
+        velocity = _START_M_PER_S + acceleration_m_per_s2 * _TIME_S
+        expect_of(motion, body, "velocity_m_per_s", velocity, within * scale_m_per_s)
+        if body < len(POSITIONS_M):
+            position = POSITIONS_M[body] + _START_M_PER_S * _TIME_S + 0.5 * acceleration_m_per_s2 * _TIME_S**2
+            expect_of(motion, body, "position_m", position, scale_m_per_s * STEP_S)
+    if len(accelerates) and not np.any(np.sum(accelerates, axis=0)):
+        total = motion.velocity_m_per_s.sum(axis=0)
+        expect("sum of velocities [m/s]", total, len(accelerates) * _START_M_PER_S, _ROUNDING * SPEED_M_PER_S)
     for body, gained in enumerate(gains):
-        tolerance = _ROUNDING * float(np.abs(gained).max() or SPIN_RAD_PER_S)
+        tolerance = within * float(np.abs(gained).max() or SPIN_RAD_PER_S)
         expect_of(motion, body, "angular_velocity_rad_per_s", gained, tolerance)
     if np.any(torque):
         expect("norm of the orientation of body 0", np.linalg.norm(motion.orientation_wxyz[0]), 1.0, 1e-9)
 
 
-def _set_gravity(content):
-    content.gravity_m_per_s2[:] = _GRAVITY_M_PER_S2
-
-
 def _of_shape(trial, name):
     """Pushed along one principal axis, turned about another."""
     factors = np.array([1.0, 1.5, 2.0])
-
-    def change(content):
-        body = content.bodies[0]
-        body.ClearField("shape")
-        give_shape(content, body.shape, name)
-        body.inertia_kg_m2.extend((*INERTIA_KG_M2 * factors, 0.0, 0.0, 0.0))
-
-    force, torque = np.array([0.0, FORCE_N, 0.0]), np.array([0.0, 0.0, TORQUE_N_M])
-    gained = torque / (INERTIA_KG_M2 * factors) * _TIME_S
-    _under_loads(trial, force, torque, change, ["inertia"], [force / MASS_KG], [gained])
-
-
-def _expect_gained(motion, gained_m_per_s):
-    """Velocities that bodies have gained, within 5 %: for a short time forces are nearly constant. No net momentum."""
-    for body, gained in enumerate(gained_m_per_s):
-        expect_of(motion, body, "velocity_m_per_s", _START_M_PER_S + gained, 0.05 * float(gained_m_per_s.max()))
-    total = motion.velocity_m_per_s.sum(axis=0)
-    expect("sum of velocities [m/s]", total, len(gained_m_per_s) * _START_M_PER_S, _ROUNDING * SPEED_M_PER_S)
+    changed = setup.BodySetup(bodies=spheres({"shape": {}, "inertia_kg_m2": (*INERTIA_KG_M2 * factors, 0, 0, 0)}, {}))
+    give_shape(changed, changed.bodies[0].shape, name)
+    loads = {"force": np.array([0.0, FORCE_N, 0.0]), "torque": np.array([0.0, 0.0, TORQUE_N_M])}
+    due = {"accelerates": [loads["force"] / MASS_KG], "gains": [loads["torque"] / (INERTIA_KG_M2 * factors) * _TIME_S]}
+    under_loads(trial, bodies=changed.bodies, meshes=changed.meshes, **loads, **due)
 
 
 def _on_a_spring(trial):
-    trial.require("springs")
-
-    def join(content):
-        stretched = {"stiffness_N_per_m": _STIFFNESS_N_PER_M, "rest_length_m": _ARM_LENGTH_M - _EXTENSION_M}
-        content.springs.add(body_A=0, body_B=1, **stretched, **AT_CENTRES)
-
-    _expect_gained(move(trial, join), FORCE_N / MASS_KG * _TIME_S * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]))
+    stretched = {"stiffness_N_per_m": FORCE_N / _EXTENSION_M, "rest_length_m": _ARM_LENGTH_M - _EXTENSION_M}
+    spring: dict = {"body_A": 0, "body_B": 1, **stretched, **AT_CENTRES}
+    pulled = FORCE_N / MASS_KG * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
+    under_loads(trial, springs=[spring], accelerates=pulled, within=NEARLY)
 
 
 def _accuracy(trial, first_order):
@@ -149,14 +129,10 @@ _SPUN = {
 def _on_a_spinning_body(trial, name):
     """An actuator along x, of the body or of the world, while the body turns about z by half a radian."""
     force, turns = name.endswith("force"), name.startswith("body")
-    trial.require(f"actuator:{name}")
     spin = _SPIN_PER_STEP_RAD / STEP_S
-
-    def drive(content):
-        content.bodies[0].angular_velocity_rad_per_s[:] = (0.0, 0.0, spin)
-        add_actuator(content, name, direction=(1.0, 0.0, 0.0))
-
-    motion = move(trial, drive, values=[FORCE_N if force else TORQUE_N_M])
+    spinning = spheres({"angular_velocity_rad_per_s": (0.0, 0.0, spin)}, {})
+    along_x = actuator(name, direction=(1.0, 0.0, 0.0))
+    motion = move(trial, bodies=spinning, actuators=[along_x], values=[FORCE_N if force else TORQUE_N_M])
     angle = spin * _TIME_S if turns else 0.0
     mean = np.array([np.sin(angle), 1.0 - np.cos(angle), 0.0]) / angle if turns else np.array([1.0, 0.0, 0.0])
     gained = (FORCE_N / MASS_KG if force else TORQUE_N_M / INERTIA_KG_M2) * _TIME_S
@@ -176,20 +152,14 @@ _NET = 1e-12  # of the amplitude
 
 def _turning_pair(turn_per_step_rad):
     """A pair force on two spheres that move past each other, so that the line between them turns."""
-
-    def change(content):
-        speed = 0.5 * turn_per_step_rad * _ARM_LENGTH_M / STEP_S
-        content.bodies[0].velocity_m_per_s[:] = (0.0, -speed, 0.0)
-        content.bodies[1].velocity_m_per_s[:] = (0.0, speed, 0.0)
-        add_actuator(content, "pair_force", body_B=2)
-
-    return change
+    speed = 0.5 * turn_per_step_rad * _ARM_LENGTH_M / STEP_S
+    bodies = spheres(*({"velocity_m_per_s": (0.0, side * speed, 0.0)} for side in (-1, 1)))
+    return {"bodies": bodies, "actuators": [actuator("pair_force", body_B=2)], "values": [FORCE_N]}
 
 
 def _on_a_turning_arm(trial):
     """Against the motion computed here in steps a hundred times shorter."""
-    trial.require("actuator:pair_force")
-    motion = move(trial, _turning_pair(_TURN_PER_STEP_RAD), values=[FORCE_N])
+    motion = move(trial, **_turning_pair(_TURN_PER_STEP_RAD))
     arm = _ARM_M.copy()
     rate = np.array([0.0, _TURN_PER_STEP_RAD * _ARM_LENGTH_M / STEP_S, 0.0])
     start, parts = rate.copy(), 100
@@ -205,69 +175,58 @@ def _on_a_turning_arm(trial):
 
 def _without_net_load(trial):
     """Momentum and angular momentum about the origin do not change in any step."""
-    trial.require("actuator:pair_force")
 
     def momenta(motion):
         """Both in units of what one of the forces gives in a step."""
         linear = MASS_KG * motion.velocity_m_per_s
         turning = np.cross(motion.position_m, linear) + INERTIA_KG_M2 * motion.angular_velocity_rad_per_s
-        unit = FORCE_N * STEP_S
-        return {"momentum": linear.sum(axis=0) / unit, "angular momentum": turning.sum(axis=0) / (unit * _ARM_LENGTH_M)}
+        return np.array([linear.sum(axis=0), turning.sum(axis=0) / _ARM_LENGTH_M]) / (FORCE_N * STEP_S)
 
-    states = [momenta(motion) for motion in motions_of(trial, _turning_pair(_SLOW_TURN_PER_STEP_RAD), values=[FORCE_N])]
-    for step, (before, after) in enumerate(zip(states, states[1:]), 1):
-        for what, amount in after.items():
-            change = float(np.abs(amount - before[what]).max())
+    states = [momenta(motion) for motion in motions_of(trial, **_turning_pair(_SLOW_TURN_PER_STEP_RAD))]
+    for step, changes in enumerate(np.abs(np.diff(states, axis=0)).max(axis=-1), 1):
+        for what, change in zip(("momentum", "angular momentum"), changes):
             if change > _NET:
                 raise Violation(f"{what} changed by {change:.1g} of what one of the forces gives, in step {step}")
 
 
 def _on_a_bend(trial):
     """Three spheres at a right angle whose rest angle is smaller."""
-    trial.require("bends")
     rest_rad = 1.2
     stiffness_N_m = FORCE_N * _ARM_LENGTH_M / (np.pi / 2 - rest_rad)
-
-    def bend(content):
-        third = content.bodies.add()
-        third.CopyFrom(content.bodies[0])
-        third.name, third.position_m[1] = "sphere 2", POSITIONS_M[0][1] + _ARM_LENGTH_M
-        content.bends.add(body_A=1, body_B=0, body_C=2, stiffness_N_m_per_rad=stiffness_N_m, rest_angle_rad=rest_rad)
-
-    gained = FORCE_N / MASS_KG * _TIME_S * np.array([[-1.0, -1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-    _expect_gained(move(trial, bend), gained)
+    first, second = spheres({}, {})
+    third = {**first, "name": "sphere 2", "position_m": np.add(POSITIONS_M[0], (0.0, _ARM_LENGTH_M, 0.0))}
+    bend = {"body_A": 1, "body_B": 0, "body_C": 2, "stiffness_N_m_per_rad": stiffness_N_m, "rest_angle_rad": rest_rad}
+    turned = FORCE_N / MASS_KG * np.array([[-1.0, -1.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    bodies = [first, second, third]
+    under_loads(trial, bodies=bodies, bends=[bend], accelerates=turned, within=NEARLY)
 
 
 def _fixed(trial):
-    trial.require("motion:fixed")
-
-    def fix(content):
-        body = content.bodies[0]
-        body.motion, body.velocity_m_per_s[:] = setup.MOTION_KIND_FIXED, ZERO
-
-    motion = move(trial, fix, force=FORCE_N * DIRECTION)
+    fixed = {"motion": setup.MOTION_KIND_FIXED, "velocity_m_per_s": ZERO}
+    motion = move(trial, bodies=spheres(fixed, {}), force=FORCE_N * DIRECTION)
     expect_of(motion, 0, "position_m", np.array(POSITIONS_M[0]), 1e-9 * POSITIONS_M[0][0])
 
 
 def checks(subject):
     shapes = [name for name in OTHER_SHAPES if subject.can(f"shape:{name}")]
     rest, force, torque = np.zeros((2, 3)), FORCE_N * DIRECTION, TORQUE_N_M * DIRECTION
-    pushed = partial(_under_loads, force=force, accelerates=[force / MASS_KG, rest[1]])
-    turned = partial(_under_loads, torque=torque, gains=[torque / INERTIA_KG_M2 * _TIME_S, rest[1]])
-    falling = partial(_under_loads, change=_set_gravity, needs=["gravity"], accelerates=2 * [_GRAVITY_M_PER_S2])
+    pushed = partial(under_loads, force=force, accelerates=[force / MASS_KG, rest[1]])
+    turned = partial(under_loads, torque=torque, gains=[torque / INERTIA_KG_M2 * _TIME_S, rest[1]])
+    weight = {"gravity_m_per_s2": _GRAVITY_M_PER_S2, "accelerates": 2 * [_GRAVITY_M_PER_S2]}
+    check = partial(Check, "physics")
     return [
-        Check("physics", "no load: the velocity stays", _NEWTON, partial(_under_loads, accelerates=rest, gains=rest)),
-        Check("physics", "hydrodynamic force: a = F/m", _NEWTON, pushed),
-        Check("physics", "torque: ω = T t / I", _EULER, turned),
-        *(Check("physics", f"a {name} under force and torque", _TENSOR, _of_shape, (name,)) for name in shapes),
-        Check("physics", "weight: a = g", _WEIGHT, falling),
-        Check("physics", "a stretched spring pulls", _SPRING, _on_a_spring),
+        check("no load: the velocity stays", _NEWTON, partial(under_loads, accelerates=rest, gains=rest)),
+        check("hydrodynamic force: a = F/m", _NEWTON, pushed),
+        check("torque: ω = T t / I", _EULER, turned),
+        *(check(f"a {name} under force and torque", _TENSOR, _of_shape, (name,), ("inertia",)) for name in shapes),
+        check("weight: a = g", _WEIGHT, partial(under_loads, **weight), needs=("gravity",)),
+        check("a stretched spring pulls", _SPRING, _on_a_spring, needs=("springs",)),
         *(
-            Check("physics", f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body, (name,))
+            check(f"a {name.replace('_', ' ')} {follows}", _DRIVE, _on_a_spinning_body, (name,), (f"actuator:{name}",))
             for name, follows in _SPUN.items()
         ),
-        Check("physics", "a pair force follows the arm", _DRIVE, _on_a_turning_arm),
-        Check("physics", "a pair force has no net force and torque", _NO_NET_LOAD, _without_net_load),
-        Check("physics", "a bend turns its arms", _BEND, _on_a_bend),
-        Check("physics", "a fixed body stays", _FIXED, _fixed),
+        check("a pair force follows the arm", _DRIVE, _on_a_turning_arm, needs=_PAIR_FORCE),
+        check("a pair force has no net force and torque", _NO_NET_LOAD, _without_net_load, needs=_PAIR_FORCE),
+        check("a bend turns its arms", _BEND, _on_a_bend, needs=("bends",)),
+        check("a fixed body stays", _FIXED, _fixed, needs=("motion:fixed",)),
     ]

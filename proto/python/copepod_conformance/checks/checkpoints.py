@@ -1,9 +1,10 @@
 """A restored component continues with the same bits; a damaged checkpoint is rejected."""
 
 import shutil
+from functools import partial
 from pathlib import Path
 
-from copepod_conformance.subject import SAVED_STEP, digest_of
+from copepod_conformance.subject import SAVED_STEP
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _SAVE = Rule("Checkpoints", "Save writes the complete state to a new file or folder and changes nothing")
@@ -17,7 +18,6 @@ _STORAGE = Rule("Checkpoints", "a state that is missing or damaged: Failure with
 
 def _configure_for_restore(trial):
     """The setup of a resumed run names the step that it starts at."""
-    trial.require("checkpoint")
     trial.reach("greeted")
     _set_up(trial, SAVED_STEP)
 
@@ -29,69 +29,59 @@ def _set_up(trial, step):
 
 
 def _save_changes_nothing(trial):
-    trial.require("checkpoint")
     trial.configure(steps=2)
     trial.request("Save")
     if not (trial.folder / "checkpoint").exists():
         raise Violation("Saved, but there is no such file or folder")
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _saved_again(trial):
     """Two checkpoints of one run."""
-    trial.require("checkpoint")
     trial.configure()
     for name in ("first", "second"):
         trial.advance(1)
         trial.request(trial.make("Save", trial.folder / name))
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _restored(trial):
     _configure_for_restore(trial)
-    path, digest = trial.subject.checkpoint()
+    path, digest = trial.subject.checkpoint
     trial.request(trial.make("Restore", path))
-    if (found := digest_of(trial)) != digest:
+    if (found := trial.digest()) != digest:
         raise Violation(f"digest {found:016x} after Restore, but {digest:016x} when the state was saved")
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _returned(trial):
     """To a state of the middle, then to the start."""
-    trial.require("checkpoint", "snapshots")
-    path, _ = trial.subject.checkpoint()
     trial.configure(steps=SAVED_STEP + 1)
     _set_up(trial, SAVED_STEP)
-    trial.request(trial.make("Restore", path))
-    trial.subject.reference().compare_end(trial)
+    trial.request(trial.make("Restore", trial.subject.checkpoint[0]))
+    trial.expect_undisturbed_end()
     _set_up(trial, 0)
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _unwritable(trial):
-    trial.require("checkpoint")
     trial.configure(steps=1)
     if not trial.request(trial.make("Save", trial.folder / "no such folder" / "checkpoint")).envelope.saved.problem:
         raise Violation("Saved without a problem, but there is no such folder")
     trial.advance(1)
-    trial.subject.reference().compare_end(trial)
+    trial.expect_undisturbed_end()
 
 
 def _damaged(trial, change, text):
     """`change` makes what the largest file holds of its content; None: there is no file at all."""
     _configure_for_restore(trial)
-    path, _ = trial.subject.checkpoint()
+    path, _ = trial.subject.checkpoint
     copy = trial.folder / "damaged"
-    if Path(path).is_dir():
-        shutil.copytree(path, copy)
-    else:
-        shutil.copyfile(path, copy)
     if change:
+        shutil.copytree(path, copy) if Path(path).is_dir() else shutil.copyfile(path, copy)
         files = (file for file in (copy, *copy.rglob("*")) if file.is_file())
         largest = max(files, key=lambda file: file.stat().st_size)
         largest.write_bytes(change(largest.read_bytes()))
-    else:
-        shutil.rmtree(copy) if copy.is_dir() else copy.unlink()
     trial.send(trial.make("Restore", copy), f" of {text}")
     trial.expect_failure(73)
 
@@ -103,11 +93,12 @@ def checks(subject):
         (lambda content: content[: len(content) // 2], "half a file"),
         (lambda content: b"\xff" * len(content), "a file overwritten with ones"),
     )
+    check = partial(Check, "checkpoints", needs=("checkpoint",))
     return [
-        Check("checkpoints", "a run continues after Save as without it", _SAVE, _save_changes_nothing),
-        Check("checkpoints", "two states of one run are saved", _SAVE, _saved_again),
-        Check("checkpoints", "a restored run equals the undisturbed one", _RESTORE, _restored),
-        Check("checkpoints", "a run that returns equals the undisturbed one", _RETURN, _returned),
-        Check("checkpoints", "Save to a folder that does not exist", _UNWRITABLE, _unwritable),
-        *(Check("checkpoints", f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
+        check("a run continues after Save as without it", _SAVE, _save_changes_nothing),
+        check("two states of one run are saved", _SAVE, _saved_again),
+        check("a restored run equals the undisturbed one", _RESTORE, _restored),
+        check("a run that returns equals the undisturbed one", _RETURN, _returned, needs=("checkpoint", "snapshots")),
+        check("Save to a folder that does not exist", _UNWRITABLE, _unwritable),
+        *(check(f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
     ]

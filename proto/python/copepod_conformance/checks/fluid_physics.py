@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from copepod_conformance.cases import CELL_M, DIRECTION, DRAG_N, DRAG_N_M, SPEED_M_PER_S, SPIN_RAD_PER_S
+from copepod_conformance.cases import CELL_M, DIRECTION, DOMAIN_CELLS, DRAG_N, DRAG_N_M, SPEED_M_PER_S, SPIN_RAD_PER_S
 from copepod_conformance.cases import OTHER_SHAPES, give_shape, rows
 from copepod_conformance.verdicts import Check, NotApplicable, Violation, implied
 
@@ -86,11 +86,8 @@ def _of_shapes(trial, kind, shapes):
 def _samples(trial):
     """Every other step, of the flow around a body that moves."""
     trial.reach("greeted")
-    request = trial.case.setup_request()
-    flow = request.fluid_setup.flow
-    flow.every_steps, flow.totals = 2, True
-    flow.probes.add(name="middle", position_m=[0.5 * CELL_M * cells for cells in request.fluid_setup.domain_cells])
-    trial.request(request)
+    probe = {"name": "middle", "position_m": [0.5 * CELL_M * cells for cells in DOMAIN_CELLS]}
+    trial.request(trial.case.setup_request(flow={"every_steps": 2, "totals": True, "probes": [probe]}))
     velocity, spin = _motion_of("force", np.array([DIRECTION, np.zeros(3)]))
     for step in range(_STEPS):
         found = trial.request(trial.case.motion_request(step, velocity, spin)).envelope.loads.flow
@@ -120,7 +117,7 @@ def checks(subject):
         Check("physics", "no loads on bodies at rest in a fluid at rest", _REST, _at_rest),
         Check("physics", "a force against the motion", _AGAINST, _against, ("force",)),
         Check("physics", "a torque against the rotation", _AGAINST, _against, ("torque",)),
-        *([Check("physics", "samples of the flow", _SAMPLED, _samples)] * (on_lattice and subject.can("flow_samples"))),
+        *([Check("physics", "samples of the flow", _SAMPLED, _samples, needs=("flow_samples",))] * on_lattice),
         *(
             Check("physics", f"a {kind} against the {motion} of other shapes", _AGAINST, _of_shapes, (kind, shapes))
             for kind, motion in (("force", "motion"), ("torque", "rotation"))

@@ -25,6 +25,9 @@ _VERSIONS = Rule(
     "another major version, or a minor one that was not offered, is refused with code 65; "
     "fields of a newer minor version are ignored",
 )
+# Of physics and runs, a component may also announce that it neglects them, or the whole group before a colon.
+_NEGLECTABLE = {name for name, kind in FEATURES.items() if kind in ("physics", "run")}
+_KNOWN = {*FEATURES, *(f"neglects:{what}" for name in _NEGLECTABLE for what in (name, name.partition(":")[0]))}
 _OTHER_MAJORS = (PROTOCOL_MAJOR - 1, PROTOCOL_MAJOR + 1)
 _UNKNOWN_FIELD = b"\xfa\x3f\x03new"  # number 1023, three bytes: what a newer minor version might add
 
@@ -66,22 +69,14 @@ def _capabilities(trial):
 
 def _known_features(trial):
     """A coupler cannot require a name that is not in its table."""
-    unknown = sorted(name for name in trial.subject.features if not _is_known(name))
     trial.sent.append("nothing; read the features from --capabilities")
-    if unknown:
-        nearest = [difflib.get_close_matches(name, FEATURES, n=1) for name in unknown]
-        hints = [f" (did you mean {near[0]}?)" if near else "" for near in nearest]
-        texts = (f"feature '{name}', which is not a known name{hint}" for name, hint in zip(unknown, hints))
+    texts = []
+    for name in sorted(trial.subject.features - _KNOWN):
+        near = difflib.get_close_matches(name, FEATURES, n=1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        texts.append(f"feature '{name}', which is not a known name{hint}")
+    if texts:
         raise Violation("; ".join(texts))
-
-
-def _is_known(name):
-    """A name of the table, or "neglects:" and a feature of kind physics or run, or the group of one."""
-    if name in FEATURES:
-        return True
-    neglected = name.removeprefix("neglects:")
-    neglectable = {known for known, kind in FEATURES.items() if kind in ("physics", "run")}
-    return neglected != name and neglected in neglectable | {known.partition(":")[0] for known in neglectable}
 
 
 def _estimate(trial):
@@ -104,7 +99,6 @@ def _estimate_of_garbage(trial):
 
 
 def _run_estimate(trial, standard_input, text):
-    trial.require("estimate")
     trial.sent.append(f"{text} on standard input of --estimate")
     return trial.subject.run_to_end("--estimate", standard_input=standard_input)
 
@@ -120,8 +114,8 @@ def _no_options(trial):
 
 def _refusal(trial):
     trial.await_hello()
-    message = Envelope(protocol_major=PROTOCOL_MAJOR, step=-1)
-    message.refusal.reason = "The component was refused (as part of a check). Ignore this."
+    refusal = {"reason": "The component was refused (as part of a check). Ignore this."}
+    message = Envelope(protocol_major=PROTOCOL_MAJOR, step=-1, refusal=refusal)
     for lane in (DATA, CONTROL):
         trial.send_bytes(message.SerializeToString(), "Refusal", lane)
     trial.expect_failure(65, is_sent=False)
@@ -144,7 +138,7 @@ def _other_welcome(trial, major=None):
     trial.expect_failure(65, is_sent=False)
 
 
-def _request_of_another_major(trial, major):
+def _other_request(trial, major):
     trial.configure()
     trial.send(trial.make(trial.step_name), f" of protocol {major}.0", protocol_major=major)
     trial.expect_failure(65)
@@ -160,22 +154,18 @@ def _newer_minor(trial):
 
 
 def checks(subject):
-    check = partial(Check, "handshake")
-
-    def version(name, *how):
-        return Check("versions", name, _VERSIONS, *how)
-
+    check, version = partial(Check, "handshake"), partial(Check, "versions")
     return [
         check("Hello on both lanes", _HELLO, _hello),
         check("capabilities are the same from --capabilities and in the Hello", _CAPABILITIES, _capabilities),
         check("every feature is a known name", _FEATURES, _known_features),
-        check("an estimate of the memory", _ESTIMATE, _estimate),
-        check("no estimate of garbage", _ESTIMATE, _estimate_of_garbage),
+        check("an estimate of the memory", _ESTIMATE, _estimate, needs=("estimate",)),
+        check("no estimate of garbage", _ESTIMATE, _estimate_of_garbage, needs=("estimate",)),
         check("ends when it is refused", _REFUSAL, _refusal),
         check("ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         check("ends without --endpoint and --session", _OPTIONS, _no_options),
-        *(version(f"a Welcome of protocol {n}.0 is refused", _other_welcome, (n,)) for n in _OTHER_MAJORS),
-        *(version(f"a request of protocol {n}.0 is refused", _request_of_another_major, (n,)) for n in _OTHER_MAJORS),
-        version("a Welcome of a minor version that it does not support is refused", _other_welcome),
-        version("fields of a newer minor version are ignored", _newer_minor),
+        *(version(f"a Welcome of protocol {n}.0 is refused", _VERSIONS, _other_welcome, (n,)) for n in _OTHER_MAJORS),
+        *(version(f"a request of protocol {n}.0 is refused", _VERSIONS, _other_request, (n,)) for n in _OTHER_MAJORS),
+        version("a Welcome of a minor version that it does not support is refused", _VERSIONS, _other_welcome),
+        version("fields of a newer minor version are ignored", _VERSIONS, _newer_minor),
     ]

@@ -4,11 +4,10 @@ import math
 import secrets
 from functools import partial
 
-from google.protobuf.descriptor import FieldDescriptor
 from google.protobuf.internal.encoder import _VarintBytes as varint
 
 from copepod_component.messages import Envelope, message_name
-from copepod_conformance.cases import AT_CENTRES, add_actuator
+from copepod_conformance.cases import AT_CENTRES, actuator, spheres
 from copepod_conformance.conversation import CONTROL
 from copepod_conformance.protocol import SETUP, STEP, content
 from copepod_conformance.verdicts import Check, Rule
@@ -34,12 +33,24 @@ _NO_VALUE = 99  # of any enumeration
 _UNKNOWN_MESSAGE = b"\xfa\x3f\x00"  # number 1023 of the Envelope
 
 
-def _refused(trial, name, spoil, text):
-    """Sends the request `name` after `spoil(its content)`; `text` describes the fault."""
+def _bad_setup(trial, text, changes):
+    """A setup with a fault that `text` describes."""
+    trial.reach("greeted")
+    trial.send(trial.case.setup_request(**changes), f" with {text}")
+    trial.expect_failure(65)
+
+
+def _bad_field(trial, name, path, change, fault):
+    """The request `name` after `change` of what a field holds: of its entries, or of the only one."""
     trial.reach("greeted" if name == SETUP[trial.role] else "configured")
     request = trial.make(name)
-    spoil(content(request))
-    trial.send(request, f" with {text}")
+    holder, field = next((holder, field) for place, holder, field in _fields_of(content(request)) if place == path)
+    if field.label == field.LABEL_REPEATED:
+        entries = getattr(holder, field.name)
+        entries[:] = change(list(entries))
+    else:
+        setattr(holder, field.name, change([None])[-1])
+    trial.send(request, f" with {path} {fault}")
     trial.expect_failure(65)
 
 
@@ -49,37 +60,19 @@ def _fields_of(message, path=""):
     Empty lists are left out; of a list of messages the last one counts.
     """
     for field in message.DESCRIPTOR.fields:
-        inside, name = getattr(message, field.name), path + field.name
-        if _is_list(field) and not len(inside):
+        inside, name, is_list = getattr(message, field.name), path + field.name, field.label == field.LABEL_REPEATED
+        if is_list and not len(inside):
             continue
-        if field.type != FieldDescriptor.TYPE_MESSAGE:
+        if field.type != field.TYPE_MESSAGE:
             yield name, message, field
-        elif _is_list(field):
+        elif is_list:
             yield from _fields_of(inside[-1], f"{name}[{len(inside) - 1}].")
         else:
             yield from _fields_of(inside, f"{name}.")
 
 
-def _is_list(field):
-    return field.label == FieldDescriptor.LABEL_REPEATED
-
-
-def _repeat_last(times, holder, field):
-    """The list then has its last entry so many times."""
-    entries = getattr(holder, field.name)
-    entries.extend(times * [entries.pop()])
-
-
-def _put(value, holder, field):
-    """Sets the field, of a list its last entry."""
-    if _is_list(field):
-        getattr(holder, field.name)[-1] = value
-    else:
-        setattr(holder, field.name, value)
-
-
-def _spoil(path, change, message):
-    next(change(holder, field) for place, holder, field in _fields_of(message) if place == path)
+def _last_is(value):
+    return lambda entries: [*entries[:-1], value]
 
 
 def _spoilt_fields(request):
@@ -89,19 +82,19 @@ def _spoilt_fields(request):
     """
     name = message_name(request)
     for path, _, field in _fields_of(content(request)):
-        faults = []  # group, rule, change, its description, whether --quick leaves it out
-        if _is_list(field) and field.type != FieldDescriptor.TYPE_STRING:
-            faults.append(("limits", _SHAPE, partial(_repeat_last, 0), "too short", False))
-            faults.append(("limits", _SHAPE, partial(_repeat_last, 2), "too long", False))
-        if field.type == FieldDescriptor.TYPE_ENUM:
+        faults = []  # group, rule, change of the entries, its description, whether --quick leaves it out
+        if field.label == field.LABEL_REPEATED and field.type != field.TYPE_STRING:
+            faults.append(("limits", _SHAPE, lambda entries: entries[:-1], "too short", False))
+            faults.append(("limits", _SHAPE, lambda entries: [*entries, entries[-1]], "too long", False))
+        if field.type == field.TYPE_ENUM:
             for number in (_NO_VALUE, 0):
-                faults.append(("limits", _ENUMERATION, partial(_put, number), f"= {number}", number == 0))
-        if field.type == FieldDescriptor.TYPE_DOUBLE:
+                faults.append(("limits", _ENUMERATION, _last_is(number), f"= {number}", number == 0))
+        if field.type == field.TYPE_DOUBLE:
             for value in (math.nan, math.inf, -math.inf):
-                faults.append(("numbers", _FINITE, partial(_put, value), f"= {value}", math.isinf(value)))
+                faults.append(("numbers", _FINITE, _last_is(value), f"= {value}", math.isinf(value)))
         for group, rule, change, fault, thorough in faults:
-            how = (name, partial(_spoil, path, change), f"{path} {fault}")
-            yield Check(group, f"{name}.{path} {fault}", rule, _refused, how, thorough or "." in path)
+            how = (name, path, change, fault)
+            yield Check(group, f"{name}.{path} {fault}", rule, _bad_field, how, thorough=thorough or "." in path)
 
 
 def _raw(trial, data_of, text):
@@ -123,7 +116,6 @@ def _unknown_message(trial):
 
 
 def _long_path(trial):
-    trial.require("checkpoint")
     trial.configure(steps=1)
     message = trial.make("Save", trial.folder / _LONG_TEXT)
     trial.send(message, f" with a path of {len(message.save.path)} bytes")
@@ -170,8 +162,8 @@ def checks(subject):
     requests = (subject.case.step_request(0), subject.case.setup_request())
     return [
         *(spoilt for request in requests for spoilt in _spoilt_fields(request)),
-        *(check(name, rule, _refused, (SETUP[subject.role], *how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
-        check("a path of more than 4096 bytes", _TEXT, _long_path),
+        *(check(name, rule, _bad_setup, tuple(how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
+        check("a path of more than 4096 bytes", _TEXT, _long_path, needs=("checkpoint",)),
         check("random bytes", _BYTES, _raw, (lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
         check("an empty frame", _BYTES, _raw, (lambda trial: b"", "an empty frame")),
         check("a truncated message", _BYTES, _raw, (_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
@@ -182,42 +174,26 @@ def checks(subject):
     ]
 
 
-def _with(**parts):
-    """Adds to lists, sets what is inside of messages."""
-    return lambda setup: setup.MergeFrom(type(setup)(**parts))
+_NAME = {"bodies": spheres({"name": _LONG_TEXT}, {})}
+_SPRING: dict = {"springs": [{"body_B": 2, "stiffness_N_per_m": 1.0, **AT_CENTRES}]}  # from body 0
+_BEND = {"bends": [{"body_B": 1, "body_C": 2, "stiffness_N_m_per_rad": 1e-12, "rest_angle_rad": 3.0}]}
+_ACTUATOR = {"actuators": [actuator("world_force", body_A=2)]}
+_NO_STEP = {"fields": {"mean_start": 2, "mean_stop": 2, "mean_every_steps": 1}}
 
-
-def _long_name(setup):
-    setup.bodies[0].name = _LONG_TEXT
-
-
-def _no_steps(setup):
-    setup.every_steps = 0
-
-
-def _cells(*counts):
-    return lambda setup: setup.domain_cells.__setitem__(slice(None), counts)
-
-
-_SPRING = _with(springs=[{"body_B": 2, "stiffness_N_per_m": 1.0, **AT_CENTRES}])  # from body 0
-_BEND = _with(bends=[{"body_B": 1, "body_C": 2, "stiffness_N_m_per_rad": 1e-12, "rest_angle_rad": 3.0}])
-_ACTUATOR = partial(add_actuator, name="world_force", body_A=2)
-_NO_STEP = {"mean_start": 2, "mean_stop": 2, "mean_every_steps": 1}
-
-# By role: name of the check, rule, what is done to the setup, and how to describe that.
-_BAD_SETUPS = {
+# By role: name of the check, rule, how to describe the setup, and its fields that differ.
+_BAD_SETUPS: dict[str, tuple[tuple[str, Rule, str, dict], ...]] = {
     "body": (
-        ("a body name of 4097 bytes", _TEXT, _long_name, "a name of 4097 bytes"),
-        ("a spring to a body that does not exist", _INDEX, _SPRING, "a spring from body 0 to body 2 of 2"),
-        ("an actuator on a body that does not exist", _INDEX, _ACTUATOR, "an actuator on body 2 of 2"),
-        ("a bend to a body that does not exist", _INDEX, _BEND, "a bend of bodies 0, 1 and 2 of 2"),
+        ("a body name of 4097 bytes", _TEXT, "a name of 4097 bytes", _NAME),
+        ("a spring to a body that does not exist", _INDEX, "a spring from body 0 to body 2 of 2", _SPRING),
+        ("an actuator on a body that does not exist", _INDEX, "an actuator on body 2 of 2", _ACTUATOR),
+        ("a bend to a body that does not exist", _INDEX, "a bend of bodies 0, 1 and 2 of 2", _BEND),
     ),
-    "controller": (("an action every 0 steps", _FIELDS, _no_steps, "every_steps = 0"),),
+    "controller": (("an action every 0 steps", _FIELDS, "every_steps = 0", {"every_steps": 0}),),
     "fluid": (
-        ("a mean of every 0th step", _FIELDS, _with(fields={"mean_stop": 2}), "a mean of every 0th of steps 0 to 2"),
-        ("a mean of no step", _FIELDS, _with(fields=_NO_STEP), "a mean of steps 2 to 2"),
-        ("snapshots every −1 steps", _FIELDS, _with(fields={"every_steps": -1}), "fields every −1 steps"),
-        ("a negative number of cells", _CELLS, _cells(32, -24, -24), "32 × −24 × −24 cells"),
-        ("2⁹³ cells", _CELLS, _cells(*[2**31] * 3), "2³¹ × 2³¹ × 2³¹ cells"),
+        ("a mean of every 0th step", _FIELDS, "a mean of every 0th of steps 0 to 2", {"fields": {"mean_stop": 2}}),
+        ("a mean of no step", _FIELDS, "a mean of steps 2 to 2", _NO_STEP),
+        ("snapshots every −1 steps", _FIELDS, "fields every −1 steps", {"fields": {"every_steps": -1}}),
+        ("a negative number of cells", _CELLS, "32 × −24 × −24 cells", {"domain_cells": (32, -24, -24)}),
+        ("2⁹³ cells", _CELLS, "2³¹ × 2³¹ × 2³¹ cells", {"domain_cells": 3 * [2**31]}),
     ),
 }

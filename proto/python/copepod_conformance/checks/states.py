@@ -31,7 +31,7 @@ def _is_announced(trial, settled, message):
 
 def _run(trial, state, settled, message, row):
     can = _is_announced(trial, settled, message)
-    saved = trial.subject.checkpoint()[0] if row is not None and can and message == "Restore" else ""
+    saved = trial.subject.checkpoint[0] if row is not None and can and message == "Restore" else ""
     trial.reach(state)
     if message == "Welcome":
         trial.welcome()
@@ -43,7 +43,7 @@ def _run(trial, state, settled, message, row):
             request.step = SAVED_STEP
         trial.send(request)
     if settled != state:
-        trial.expect(protocol.reply_to(protocol.path_to(trial.role, state)[-1]))  # to the work at hand
+        trial.expect(protocol.reply_to(protocol.paths(trial.role)[state][-1]))  # to the work at hand
     if row is not None and not can:
         trial.expect_failure(_REFUSED)
     elif row is not None and message == "Refusal":
@@ -76,5 +76,5 @@ def checks(subject):
             is_refused = row is None and message not in protocol.HANDSHAKE
             rule, how = _rule(state, settled, message, row), (state, settled, message, row)
             thorough = is_refused and (number + place) % _SAMPLING != 0
-            found.append(Check("states", f"{state}: {message}", rule, _run, how, thorough))
+            found.append(Check("states", f"{state}: {message}", rule, _run, how, thorough=thorough))
     return found
