@@ -69,17 +69,17 @@ std::string visible(std::string_view text) {
 /// Reads one file line by line, and reports the first line that cannot be used.
 class CsvReading {
  public:
-  CsvReading(Reader& reader, const std::string& key, const std::vector<std::string>& required,
+  CsvReading(Keys& keys, const std::string& key, const std::vector<std::string>& required,
              const std::vector<std::string>& optional, CsvHeader header)
-      : reader_(reader), key_(key), required_(required), optional_(optional), header_(header) {}
+      : keys_(keys), key_(key), required_(required), optional_(optional), header_(header) {}
 
   std::optional<CsvRows> read() {
-    rows_.path = file_beside_case(reader_, key_);
-    if (reader_.problems().any_under(reader_.path_of(key_))) return {};
+    rows_.path = file_beside_case(keys_, key_);
+    if (keys_.problems().any_under(keys_.path_of(key_))) return {};
     std::ifstream stream(rows_.path);
     if (!stream || !std::filesystem::is_regular_file(rows_.path)) {
-      reader_.reject(key_, "is '" + reader_.text(key_) + "' (" + rows_.path.string() +
-                               " cannot be read). Give the path of a CSV file, relative to the case file.");
+      keys_.reject(key_, "is '" + keys_.raw(key_)->text + "' (" + rows_.path.string() +
+                             " cannot be read). Give the path of a CSV file, relative to the case file.");
       return {};
     }
     for (std::string line; std::getline(stream, line);) {
@@ -89,14 +89,14 @@ class CsvReading {
     }
     if (!rows_.values.empty()) return std::move(rows_);
     const std::string header = header_ == CsvHeader::required ? "a line " + listed(required_, ",") + " and " : "";
-    reader_.reject(key_, "has no rows (" + rows_.path.string() + "). Write " + header + "a row of numbers for each " +
-                             required_.front() + ".");
+    keys_.reject(key_, "has no rows (" + rows_.path.string() + "). Write " + header + "a row of numbers for each " +
+                           required_.front() + ".");
     return {};
   }
 
  private:
   bool report(const std::string& problem) {
-    reader_.problems().error_at({rows_.path.string(), number_}, reader_.path_of(key_), problem);
+    keys_.problems().error_at({rows_.path.string(), number_}, keys_.path_of(key_), problem);
     return false;
   }
 
@@ -162,7 +162,7 @@ class CsvReading {
     return true;
   }
 
-  Reader& reader_;
+  Keys& keys_;
   const std::string& key_;
   const std::vector<std::string>& required_;
   const std::vector<std::string>& optional_;
@@ -175,16 +175,17 @@ class CsvReading {
 
 }  // namespace
 
-std::filesystem::path file_beside_case(Reader& reader, const std::string& key) {
-  const std::filesystem::path name = reader.text(key);
-  const Origin& origin = reader.raw(key)->origin;
+std::filesystem::path file_beside_case(Keys& keys, const std::string& key) {
+  std::string name;
+  keys.text(key.c_str(), name, "");
+  const Origin& origin = keys.raw(key)->origin;
   const auto folder = origin.line > 0 ? std::filesystem::path(origin.source).parent_path() : std::filesystem::path();
   return (folder / name).lexically_normal();
 }
 
-std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
+std::optional<CsvRows> read_csv_rows(Keys& keys, const std::string& key, const std::vector<std::string>& required,
                                      const std::vector<std::string>& optional, CsvHeader header) {
-  return CsvReading(reader, key, required, optional, header).read();
+  return CsvReading(keys, key, required, optional, header).read();
 }
 
 }  // namespace copepod::coupler
