@@ -82,41 +82,46 @@ std::vector<Signal::Point> read_table_file(Keys& keys, double step_s) {
 }
 
 /// The form of the resolved case: a run does not depend on the file.
-std::vector<Signal::Point> read_table_lists(Keys& keys) {
-  const std::size_t rows = keys.size("times_steps");
-  if (rows == 0 || rows != keys.size("values")) {
-    keys.reject("times_steps", "and values have " + std::to_string(rows) + " and " +
-                                   std::to_string(keys.size("values")) +
-                                   " entries (a table pairs them). Give as many of both, or a file.");
-    return {};
-  }
-  Eigen::VectorXd times = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rows));
-  Eigen::VectorXd values = times;
-  keys.numbers("times_steps", times, "");
-  keys.numbers("values", values, "");
-  std::vector<Signal::Point> table;
+void declare_table_lists(Keys& keys, std::vector<Signal::Point>& table) {
+  const std::size_t rows = keys.reads() ? keys.size("times_steps") : table.size();
+  if (keys.reads() && (rows == 0 || rows != keys.size("values")))
+    return keys.reject("times_steps", "and values have " + std::to_string(rows) + " and " +
+                                          std::to_string(keys.size("values")) +
+                                          " entries (a table pairs them). Give as many of both, or a file.");
+  table.resize(rows);
+  Eigen::VectorXd times(static_cast<Eigen::Index>(rows)), values(times.size());
   for (Eigen::Index row = 0; row < times.size(); ++row) {
-    if (row > 0 && !(times[row] > times[row - 1])) {
-      keys.reject("times_steps", "contains " + rounded_text(times[row]) + " after " + rounded_text(times[row - 1]) +
-                                     " (times must increase). Sort the rows.");
-      return {};
-    }
-    table.push_back({times[row], values[row]});
+    times[row] = table[row].time_steps;
+    values[row] = table[row].value;
   }
-  return table;
+  keys.numbers({"times_steps", Need::in_some_cases}, times, "Of a table: its times in steps, instead of a file.");
+  keys.numbers({"values", Need::in_some_cases}, values, "Of a table: its values at times_steps.");
+  for (Eigen::Index row = 0; row < times.size(); ++row) {
+    table[row] = {times[row], values[row]};
+    if (row == 0 || times[row] > times[row - 1]) continue;
+    keys.reject("times_steps", "contains " + rounded_text(times[row]) + " after " + rounded_text(times[row - 1]) +
+                                   " (times must increase). Sort the rows.");
+    return table.clear();
+  }
 }
 
-void read_table(Keys& keys, double step_s, Signal& result) {
-  const bool file = keys.has("file");
-  const bool values = keys.has("values");
-  if (given(keys, {"file", "times_steps"}).size() > 1 && values) return;
-  if (file && !(step_s > 0.0)) return;  // a step that cannot be used is reported elsewhere
-  result.table = file ? read_table_file(keys, step_s) : read_table_lists(keys);
-  if (result.table.empty() || result.period_steps == 0) return;
-  const double length_steps = result.table.back().time_steps - result.table.front().time_steps;
-  if (length_steps < static_cast<double>(result.period_steps)) return;
-  keys.reject(file ? "file" : "times_steps",
-              "covers " + rounded_text(length_steps) + " steps, the period has " + std::to_string(result.period_steps) +
+void declare_table(Keys& keys, Signal& signal, double step_s) {
+  keys.describe("file", {{"type", "string"}},
+                "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the "
+                "case file. The run keeps its content.");
+  if (!keys.when(signal.kind == SignalKind::table)) return;
+  const bool is_file = keys.has("file"), has_values = keys.has("values");
+  if (given(keys, {"file", "times_steps"}).size() > 1 && has_values) return;
+  if (is_file && !(step_s > 0.0)) return;  // a step that cannot be used is reported elsewhere
+  if (is_file)
+    signal.table = read_table_file(keys, step_s);
+  else
+    declare_table_lists(keys, signal.table);
+  if (signal.table.empty() || signal.period_steps == 0) return;
+  const double length_steps = signal.table.back().time_steps - signal.table.front().time_steps;
+  if (length_steps < static_cast<double>(signal.period_steps)) return;
+  keys.reject(is_file ? "file" : "times_steps",
+              "covers " + rounded_text(length_steps) + " steps, the period has " + std::to_string(signal.period_steps) +
                   " (a table that repeats ends before it starts again). Remove rows, or use a longer period.");
 }
 
@@ -147,22 +152,6 @@ void declare_rise(Keys& keys, Signal& signal) {
   keys.reject_if(signal.rise > 0.25 || !is_trapezoid, "rise_fraction",
                  "must be at most 0.25, of a trapezoid (the time from 0 to the amplitude, in periods). Use a value "
                  "such as 0.125.");
-}
-
-void declare_table(Keys& keys, Signal& signal, double step_s) {
-  if (keys.reads() && signal.kind == SignalKind::table) read_table(keys, step_s, signal);
-  if (ordered_json* resolved = keys.resolved()) {
-    for (const Signal::Point& point : signal.table) {
-      (*resolved)["times_steps"].push_back(point.time_steps);
-      (*resolved)["values"].push_back(point.value);
-    }
-  }
-  const ordered_json numbers = schema_of_list(schema_of_number(Range::any), 0);
-  keys.describe("file", {{"type", "string"}},
-                "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the "
-                "case file. The run keeps its content.");
-  keys.describe("times_steps", numbers, "Of a table: its times in steps, instead of a file.");
-  keys.describe("values", numbers, "Of a table: its values at times_steps.");
 }
 
 void declare_stop(Keys& keys, Signal& signal) {

@@ -124,11 +124,11 @@ void declare_number_of(Keys& keys, const char* key, int& value, std::int64_t mos
 }
 
 void check_transport(Keys& services, const std::string& transport) {
-  if (transport != "ipc" && transport != in_process_transport && !transport.starts_with("tcp://"))
-    services.reject("transport",
-                    "is '" + transport + "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+  const bool is_tcp = transport.starts_with("tcp://");
+  services.reject_if(transport != "ipc" && transport != in_process_transport && !is_tcp, "transport",
+                     "is '" + transport + "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
   try {
-    if (transport.starts_with("tcp://")) transport::check_endpoint(transport);
+    if (is_tcp) transport::check_endpoint(transport);
   } catch (const CaseError& error) {
     services.problems().error(services.path_of("transport"), error.what());
   }

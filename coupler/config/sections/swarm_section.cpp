@@ -97,21 +97,22 @@ void declare_limits(Keys& keys, const FluidCase& fluid, Swarm& swarm) {
   }
 }
 
-void read_file_of_places(Keys& section, Swarm& swarm) {
-  if (swarm.placement != PlacementKind::file) {
-    if (section.has("file")) section.reject("file", "is given without placement: file (it is not read). Remove one.");
-    return;
-  }
-  if (!section.has("file")) {
-    section.reject(
-        "file", "is missing (placement: file takes the places from it). Name a CSV file with the columns x_m,y_m,z_m.");
-    return;
-  }
-  swarm.rows = read_csv_rows(section, "file", {"x_m", "y_m", "z_m"}, {"axis_x", "axis_y", "axis_z"});
+void declare_file_of_places(Keys& keys, Swarm& swarm) {
+  keys.describe("file", {{"type", "string"}},
+                "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
+                "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+  const bool is_needed = swarm.placement == PlacementKind::file;
+  keys.reject_if(!is_needed && keys.has("file"), "file",
+                 "is given without placement: file (it is not read). Remove one.");
+  keys.reject_if(
+      is_needed && !keys.has("file"), "file",
+      "is missing (placement: file takes the places from it). Name a CSV file with the columns x_m,y_m,z_m.");
+  if (is_needed && keys.has("file"))
+    swarm.rows = read_csv_rows(keys, "file", {"x_m", "y_m", "z_m"}, {"axis_x", "axis_y", "axis_z"});
   if (!swarm.rows) return;
   swarm.count = swarm.rows->values.size();
-  if (swarm.rows->has_optional && section.has("orientations"))
-    section.reject("orientations", "is given together with a file that has axes (both turn the swimmers). Remove one.");
+  keys.reject_if(swarm.rows->has_optional && keys.has("orientations"), "orientations",
+                 "is given together with a file that has axes (both turn the swimmers). Remove one.");
 }
 
 void declare_orientations(Keys& keys, Swarm& swarm) {
@@ -147,10 +148,7 @@ void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
   declare_count(keys, swarm);
   keys.section("region_m", "Box that holds every bead [m]. Default: the whole domain, across periodic faces too.",
                [&](Keys& region) { declare_limits(region, the_case.fluid, swarm); });
-  if (keys.reads()) read_file_of_places(keys, swarm);
-  keys.describe("file", {{"type", "string"}},
-                "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
-                "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+  declare_file_of_places(keys, swarm);
   declare_orientations(keys, swarm);
   keys.choice("phases", swarm.phases, phases_names,
               "Phases of the drives: that of the template (equal), or evenly spread over a period (random).");
