@@ -46,7 +46,7 @@ LoadedCase read_one(const Document& document) {
   refuse_forces(document);
   Problems problems(document, case_keys);
   LoadedCase loaded;
-  loaded.content = read_case(Reader(&document.root(), "", problems));
+  loaded.content = read_case(document, problems);
   loaded.assembly = assemble(loaded.content);
   settle_trajectory(loaded.assembly.bodies.size(), loaded.content.output);
   check_case(loaded.content, loaded.assembly, problems);
@@ -120,13 +120,10 @@ constexpr std::array own_folders{"logs", "programs"};
 void declare_settings(Keys& keys, std::vector<std::string>& settings) {
   keys.describe("set", {{"type", "object"}, {"additionalProperties", {{"description", "New value."}}}},
                 "Changes to the case, by key path (fluid.precision: double), as with --set.");
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
-  { reader->section("set").accept_all(); }
-  const Value* set = reader->raw("set");
+  const Value* set = keys.mapping("set");
+  keys.reject_if(set == nullptr && keys.has("set"), "set",
+                 "is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
   if (set == nullptr) return;
-  if (set->kind != Value::Kind::mapping)
-    reader->reject("set", "is not a mapping (it changes keys of the case). Write it as {key.path: value}.");
   for (const Value::Entry& setting : set->entries)
     settings.push_back(setting.key + "=" + to_json(setting.value).dump());
 }
@@ -169,9 +166,8 @@ Campaign read_document(const Document& document, const std::string& source) {
   Problems problems(document);
   Campaign campaign;
   {
-    Reader top(&document.root(), "", problems);
-    Keys keys = Keys::reading(top);
-    declare(keys, campaign, fs::path(source).parent_path());
+    Keys top(&document.root(), "", problems);
+    declare(top, campaign, fs::path(source).parent_path());
   }
   if (campaign.cases.empty())
     problems.error("cases", "the campaign has no cases (there is nothing to run). List them below `cases:`.");

@@ -14,7 +14,7 @@
 
 #include "config/sections/sections.hpp"
 #include "config/yaml/document.hpp"
-#include "config/yaml/reader.hpp"
+#include "config/yaml/keys.hpp"
 #include "observers/events.hpp"
 #include "run/run_case.hpp"
 #include "run/summary.hpp"

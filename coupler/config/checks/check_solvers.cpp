@@ -94,19 +94,13 @@ void warn_of_near_surfaces(const Case& the_case, const Assembly& assembly, Probl
 /// What drives or repeats a flow is not known to Stokes flow: fluid at rest but for the bodies, and one wall
 /// at most.
 void warn_of_flows_left_out(const FluidCase& fluid, Problems& problems) {
-  if (!fluid.body_force_N_per_m3.isZero(0.0)) {
-    problems.warn("fluid.body_force_N_per_m3",
-                  "drives a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
-  }
-  if (fluid.initial_flow.kind != InitialFlowKind::rest) {
-    problems.warn("fluid.initial_flow",
-                  "is a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
-  }
+  const std::string why = " (solver: stokes computes only the flow due to the bodies). It is ignored.";
+  if (!fluid.body_force_N_per_m3.isZero(0.0)) problems.warn("fluid.body_force_N_per_m3", "drives a flow" + why);
+  if (fluid.initial_flow.kind != InitialFlowKind::rest) problems.warn("fluid.initial_flow", "is a flow" + why);
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
     if (kind == BoundaryKind::no_slip || kind == BoundaryKind::periodic || kind == BoundaryKind::free_slip) continue;
-    problems.warn(face_path(face),
-                  "drives a flow (solver: stokes computes only the flow due to the bodies). It is ignored.");
+    problems.warn(face_path(face), "drives a flow" + why);
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (fluid.boundaries[2 * axis].kind != BoundaryKind::periodic) continue;

@@ -15,58 +15,65 @@ namespace {
 using nlohmann::ordered_json;
 
 /// The keys of a list that are given; reports more than one.
-std::vector<std::string> given(Reader& reader, const std::vector<std::string>& keys) {
+std::vector<std::string> given(Keys& keys, const std::vector<std::string>& names) {
   std::vector<std::string> found;
-  std::ranges::copy_if(keys, std::back_inserter(found), [&](const std::string& key) { return reader.has(key); });
+  std::ranges::copy_if(names, std::back_inserter(found), [&](const std::string& name) { return keys.has(name); });
   if (found.size() > 1)
-    reader.reject(found[1], "is given together with " + found[0] + " (both set the same). Remove one.");
+    keys.reject(found[1], "is given together with " + found[0] + " (both set the same). Remove one.");
   return found;
 }
 
 /// A period is a whole number of steps, so that averages over a cycle are over whole cycles.
-std::int64_t read_period(Reader& signal, double step_s) {
-  const std::vector<std::string> keys = given(signal, {"period_steps", "period_s"});
-  if (keys.empty()) return 0;
-  if (keys[0] == "period_steps") return signal.integer("period_steps", Range::positive, 1);
-  const double steps = signal.number("period_s", Range::positive, step_s) / step_s;
+void declare_period(Keys& keys, Signal& signal, double step_s) {
+  if (!given(keys, {"period_steps", "period_s"}).empty()) signal.period_steps = 1;  // where it cannot be used
+  if (keys.written_if(signal.period_steps > 0))
+    keys.integer(
+        {"period_steps", Need::in_some_cases}, signal.period_steps, Range::positive,
+        "Period T in steps; not of a constant. A table with a period repeats, one without holds its last value.");
+  std::optional<double> period_s;
+  keys.number("period_s", period_s, Range::positive,
+              "Period in seconds instead of period_steps, rounded to whole steps.");
+  if (!period_s || !(step_s > 0.0) || keys.has_errors("period_s")) return;  // those of the step are reported elsewhere
+  const double steps = *period_s / step_s;
   constexpr double most_steps = 1e15;
-  if (!(steps >= 1.0 && steps < most_steps)) {
-    if (step_s > 0.0)  // a step that cannot be used is reported elsewhere
-      signal.reject("period_s", "is " + rounded_text(steps) +
-                                    " steps (at least one, and a number that can be counted). Use another period.");
-    return 1;
-  }
+  if (!(steps >= 1.0 && steps < most_steps))
+    return keys.reject("period_s", "is " + rounded_text(steps) +
+                                       " steps (at least one, and a number that can be counted). Use another period.");
   if (std::abs(steps - std::round(steps)) > 1e-6 * steps) {
-    signal.problems().warn(
-        signal.path_of("period_s"),
+    keys.problems().warn(
+        keys.path_of("period_s"),
         "is " + rounded_text(steps) + " steps (a period is a whole number of steps). It is rounded to the nearest.");
   }
-  return std::llround(steps);
+  signal.period_steps = std::llround(steps);
 }
 
 /// Lag in steps.
 ///   φ = lag_s/Δt,   φ = T lag_rad/2π,   φ = T lag_deg/360
-double read_lag(Reader& signal, const Signal& result, double step_s) {
-  const std::vector<std::string> keys = given(signal, {"lag_steps", "lag_s", "lag_rad", "lag_deg"});
-  if (keys.empty()) return 0.0;
-  const double lag = signal.number(keys[0], Range::any, 0.0);
-  if (keys[0] == "lag_steps") return lag;
-  if (keys[0] == "lag_s") return step_s > 0.0 ? lag / step_s : 0.0;
-  if (result.period_steps == 0) signal.reject(keys[0], "is an angle (the signal has no period). Use lag_s.");
-  const double turns = keys[0] == "lag_deg" ? lag / 360.0 : lag / (2.0 * std::numbers::pi);
-  return turns * static_cast<double>(result.period_steps);
+void declare_lag(Keys& keys, Signal& signal, double step_s) {
+  const std::vector<std::string> found = given(keys, {"lag_steps", "lag_s", "lag_rad", "lag_deg"});
+  std::optional<double> lag_s, lag_rad, lag_deg;
+  keys.number({"lag_steps", Need::in_some_cases}, signal.lag_steps, Range::any,
+              "Lag in steps; whole or not. Default: 0.");
+  keys.number("lag_s", lag_s, Range::any, "Lag in seconds instead of lag_steps.");
+  keys.number("lag_rad", lag_rad, Range::any, "Lag as an angle [rad]: the period times lag_rad/2π.");
+  keys.number("lag_deg", lag_deg, Range::any, "Lag as an angle in degrees: the period times lag_deg/360.");
+  if (lag_s) signal.lag_steps = step_s > 0.0 ? *lag_s / step_s : 0.0;
+  if (!lag_rad && !lag_deg) return;
+  keys.reject_if(signal.period_steps == 0, found[0], "is an angle (the signal has no period). Use lag_s.");
+  const double turns = lag_deg ? *lag_deg / 360.0 : *lag_rad / (2.0 * std::numbers::pi);
+  signal.lag_steps = turns * static_cast<double>(signal.period_steps);
 }
 
 /// Rows "time_s,value" of a CSV file, beside the file that names it; the first row may be a header.
-std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
-  const std::optional<CsvRows> rows = read_csv_rows(signal, "file", {"time_s", "value"}, {}, CsvHeader::optional);
+std::vector<Signal::Point> read_table_file(Keys& keys, double step_s) {
+  const std::optional<CsvRows> rows = read_csv_rows(keys, "file", {"time_s", "value"}, {}, CsvHeader::optional);
   std::vector<Signal::Point> table;
   for (std::size_t row = 0; rows && row < rows->values.size(); ++row) {
     const double time_steps = rows->values[row][0] / step_s;
     if (!table.empty() && !(time_steps > table.back().time_steps)) {
-      signal.problems().error_at({rows->path.string(), rows->lines[row]}, signal.path_of("file"),
-                                 "time " + rounded_text(rows->values[row][0]) +
-                                     " s does not follow that of the row before (times must increase). Sort the rows.");
+      keys.problems().error_at({rows->path.string(), rows->lines[row]}, keys.path_of("file"),
+                               "time " + rounded_text(rows->values[row][0]) +
+                                   " s does not follow that of the row before (times must increase). Sort the rows.");
       return {};
     }
     table.push_back({time_steps, rows->values[row][1]});
@@ -75,41 +82,47 @@ std::vector<Signal::Point> read_table_file(Reader& signal, double step_s) {
 }
 
 /// The form of the resolved case: a run does not depend on the file.
-std::vector<Signal::Point> read_table_lists(Reader& signal) {
-  const std::size_t rows = signal.size("times_steps");
-  if (rows == 0 || rows != signal.size("values")) {
-    signal.reject("times_steps", "and values have " + std::to_string(rows) + " and " +
-                                     std::to_string(signal.size("values")) +
-                                     " entries (a table pairs them). Give as many of both, or a file.");
-    return {};
-  }
-  const Eigen::VectorXd times = signal.numbers("times_steps", static_cast<Eigen::Index>(rows));
-  const Eigen::VectorXd values = signal.numbers("values", static_cast<Eigen::Index>(rows));
-  std::vector<Signal::Point> table;
+void declare_table_lists(Keys& keys, std::vector<Signal::Point>& table) {
+  const std::size_t rows = keys.reads() ? keys.size("times_steps") : table.size();
+  if (keys.reads() && (rows == 0 || rows != keys.size("values")))
+    return keys.reject("times_steps", "and values have " + std::to_string(rows) + " and " +
+                                          std::to_string(keys.size("values")) +
+                                          " entries (a table pairs them). Give as many of both, or a file.");
+  table.resize(rows);
+  Eigen::VectorXd times(static_cast<Eigen::Index>(rows)), values(times.size());
   for (Eigen::Index row = 0; row < times.size(); ++row) {
-    if (row > 0 && !(times[row] > times[row - 1])) {
-      signal.reject("times_steps", "contains " + rounded_text(times[row]) + " after " + rounded_text(times[row - 1]) +
-                                       " (times must increase). Sort the rows.");
-      return {};
-    }
-    table.push_back({times[row], values[row]});
+    times[row] = table[row].time_steps;
+    values[row] = table[row].value;
   }
-  return table;
+  keys.numbers({"times_steps", Need::in_some_cases}, times, "Of a table: its times in steps, instead of a file.");
+  keys.numbers({"values", Need::in_some_cases}, values, "Of a table: its values at times_steps.");
+  for (Eigen::Index row = 0; row < times.size(); ++row) {
+    table[row] = {times[row], values[row]};
+    if (row == 0 || times[row] > times[row - 1]) continue;
+    keys.reject("times_steps", "contains " + rounded_text(times[row]) + " after " + rounded_text(times[row - 1]) +
+                                   " (times must increase). Sort the rows.");
+    return table.clear();
+  }
 }
 
-void read_table(Reader& signal, double step_s, Signal& result) {
-  const bool file = signal.has("file");
-  const bool values = signal.has("values");
-  if (given(signal, {"file", "times_steps"}).size() > 1 && values) return;
-  if (file && !(step_s > 0.0)) return;  // a step that cannot be used is reported elsewhere
-  result.table = file ? read_table_file(signal, step_s) : read_table_lists(signal);
-  if (result.table.empty() || result.period_steps == 0) return;
-  const double length_steps = result.table.back().time_steps - result.table.front().time_steps;
-  if (length_steps < static_cast<double>(result.period_steps)) return;
-  signal.reject(file ? "file" : "times_steps",
-                "covers " + rounded_text(length_steps) + " steps, the period has " +
-                    std::to_string(result.period_steps) +
-                    " (a table that repeats ends before it starts again). Remove rows, or use a longer period.");
+void declare_table(Keys& keys, Signal& signal, double step_s) {
+  keys.describe("file", {{"type", "string"}},
+                "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the "
+                "case file. The run keeps its content.");
+  if (!keys.when(signal.kind == SignalKind::table)) return;
+  const bool is_file = keys.has("file"), has_values = keys.has("values");
+  if (given(keys, {"file", "times_steps"}).size() > 1 && has_values) return;
+  if (is_file && !(step_s > 0.0)) return;  // a step that cannot be used is reported elsewhere
+  if (is_file)
+    signal.table = read_table_file(keys, step_s);
+  else
+    declare_table_lists(keys, signal.table);
+  if (signal.table.empty() || signal.period_steps == 0) return;
+  const double length_steps = signal.table.back().time_steps - signal.table.front().time_steps;
+  if (length_steps < static_cast<double>(signal.period_steps)) return;
+  keys.reject(is_file ? "file" : "times_steps",
+              "covers " + rounded_text(length_steps) + " steps, the period has " + std::to_string(signal.period_steps) +
+                  " (a table that repeats ends before it starts again). Remove rows, or use a longer period.");
 }
 
 /// Words of `kind`: those of the contract, and the rest length, which the coupler turns into a pair force.
@@ -129,29 +142,9 @@ constexpr std::array drive_words{Choice<DriveWord>{"pair_force", {ActuatorKind::
 
 constexpr auto arm_words = words<DriveKind>("pair_force", "rest_length");
 
-void declare_period(Keys& keys, Signal& signal, double step_s) {
-  if (Reader* reader = keys.reader()) signal.period_steps = read_period(*reader, step_s);
-  if (signal.period_steps > 0) keys.write("period_steps", signal.period_steps);
-  keys.describe(
-      "period_steps", schema_of_integer(Range::positive),
-      "Period T in steps; not of a constant. A table with a period repeats, one without holds its last value.");
-  keys.describe("period_s", schema_of_number(Range::positive),
-                "Period in seconds instead of period_steps, rounded to whole steps.");
-}
-
-void declare_lag(Keys& keys, Signal& signal, double step_s) {
-  if (Reader* reader = keys.reader()) signal.lag_steps = read_lag(*reader, signal, step_s);
-  keys.write("lag_steps", signal.lag_steps);
-  const ordered_json number = schema_of_number(Range::any);
-  keys.describe("lag_steps", number, "Lag in steps; whole or not. Default: 0.");
-  keys.describe("lag_s", number, "Lag in seconds instead of lag_steps.");
-  keys.describe("lag_rad", number, "Lag as an angle [rad]: the period times lag_rad/2π.");
-  keys.describe("lag_deg", number, "Lag as an angle in degrees: the period times lag_deg/360.");
-}
-
 void declare_rise(Keys& keys, Signal& signal) {
   const bool is_trapezoid = signal.kind == SignalKind::trapezoid;
-  if (!keys.when(is_trapezoid || keys.reads("rise_fraction"))) return;
+  if (!keys.when(is_trapezoid || keys.has("rise_fraction"))) return;
   if (keys.resolved() == nullptr) signal.rise = 0.125;
   keys.number("rise_fraction", signal.rise, Range::positive,
               "Of a trapezoid: time from 0 to the amplitude, in periods; 0.25 is a triangle wave.");
@@ -161,32 +154,13 @@ void declare_rise(Keys& keys, Signal& signal) {
                  "such as 0.125.");
 }
 
-void declare_table(Keys& keys, Signal& signal, double step_s) {
-  if (Reader* reader = keys.reader(); reader != nullptr && signal.kind == SignalKind::table)
-    read_table(*reader, step_s, signal);
-  if (ordered_json* resolved = keys.resolved()) {
-    for (const Signal::Point& point : signal.table) {
-      (*resolved)["times_steps"].push_back(point.time_steps);
-      (*resolved)["values"].push_back(point.value);
-    }
-  }
-  const ordered_json numbers = schema_of_list(schema_of_number(Range::any), 0);
-  keys.describe("file", {{"type", "string"}},
-                "Of a table: CSV file with rows time_s,value (times increase; a header is skipped), relative to the "
-                "case file. The run keeps its content.");
-  keys.describe("times_steps", numbers, "Of a table: its times in steps, instead of a file.");
-  keys.describe("values", numbers, "Of a table: its values at times_steps.");
-}
-
 void declare_stop(Keys& keys, Signal& signal) {
   const char* key = "stop_step";
-  if (Reader* reader = keys.reader()) {
-    const Value* stop = reader->raw(key);
-    if (stop != nullptr && stop->text != "never") signal.stop_step = reader->integer(key, Range::not_negative);
-    keys.reject_if(signal.stop_step <= signal.start_step, key,
-                   "is " + std::to_string(signal.stop_step) + ", the signal starts at " +
-                       std::to_string(signal.start_step) + " (it would never act). Stop later, or leave it out.");
-  }
+  if (const Value* stop = keys.raw(key); stop != nullptr && stop->text != "never")
+    keys.integer(key, signal.stop_step, Range::not_negative, "");
+  keys.reject_if(signal.stop_step <= signal.start_step, key,
+                 "is " + std::to_string(signal.stop_step) + ", the signal starts at " +
+                     std::to_string(signal.start_step) + " (it would never act). Stop later, or leave it out.");
   keys.write(key, signal.stop_step == Signal::never ? ordered_json("never") : ordered_json(signal.stop_step));
   keys.describe(key, {{"anyOf", {schema_of_integer(Range::positive), {{"const", "never"}}}}, {"default", "never"}},
                 "First step in which it does not act any more.");
@@ -213,13 +187,11 @@ void declare(Keys& keys, Signal& signal, double step_s, std::initializer_list<Am
     keys.number(key, signal.amplitude, Range::any, amplitude.description);
   }
   declare_period(keys, signal, step_s);
-  if (Reader* reader = keys.reader()) {
-    if (signal.kind == SignalKind::constant && signal.period_steps > 0)
-      reader->reject(reader->has("period_s") ? "period_s" : "period_steps",
-                     "is given for a constant (it has no period). Remove it, or use kind: sinusoid.");
-    else if (signal.kind != SignalKind::constant && !is_table && signal.period_steps == 0)
-      reader->reject("period_steps", "is missing (the signal repeats). Give period_steps or period_s.");
-  }
+  const bool is_constant = signal.kind == SignalKind::constant;
+  keys.reject_if(is_constant && signal.period_steps > 0, keys.has("period_s") ? "period_s" : "period_steps",
+                 "is given for a constant (it has no period). Remove it, or use kind: sinusoid.");
+  keys.reject_if(!is_constant && !is_table && signal.period_steps == 0, "period_steps",
+                 "is missing (the signal repeats). Give period_steps or period_s.");
   declare_lag(keys, signal, step_s);
   declare_rise(keys, signal);
   declare_table(keys, signal, step_s);
@@ -282,9 +254,7 @@ void declare_parameters(Keys& keys, std::string& parameters) {
   const char* key = "parameters";
   keys.describe(key, {{"type", "object"}}, "What the component receives as its parameters: any values by name.");
   if (keys.resolved() != nullptr && !parameters.empty()) keys.write(key, ordered_json::parse(parameters));
-  if (!keys.reads(key)) return;
-  { keys.reader()->section(key).accept_all(); }
-  parameters = to_json(*keys.reader()->raw(key), Scalars::as_numbers).dump();
+  if (const Value* given = keys.mapping(key)) parameters = to_json(*given, Scalars::as_numbers).dump();
 }
 
 void declare(Keys& keys, ControllerCase& controller) {
@@ -303,18 +273,15 @@ void declare(Keys& keys, ControllerCase& controller) {
 void declare(Keys& keys, BendSpecification& bend) {
   keys.number(required("stiffness_N_m_per_rad"), bend.stiffness_N_m_per_rad, Range::positive,
               "Stiffness κ of the energy κ (θ − θ₀)²/2.");
-  if (Reader* reader = keys.reader()) {
-    const std::vector<std::string> found = given(*reader, {"rest_angle_rad", "rest_angle_deg"});
-    if (found.empty()) return;
-    const double angle = reader->number(found[0], Range::not_negative, std::numbers::pi);
-    bend.rest_angle_rad = found[0] == "rest_angle_deg" ? angle * (std::numbers::pi / 180.0) : angle;
-    if (bend.rest_angle_rad > std::numbers::pi * (1.0 + 1e-6))
-      reader->reject(found[0], "is more than half a turn (an angle between two arms is at most that). Use 0 to 180°.");
-    bend.rest_angle_rad = std::min(bend.rest_angle_rad, std::numbers::pi);
-  }
-  keys.write("rest_angle_rad", bend.rest_angle_rad);
-  keys.describe("rest_angle_rad", schema_of_number(Range::not_negative), "Rest angle θ₀ [rad]. Default: π, straight.");
-  keys.describe("rest_angle_deg", schema_of_number(Range::not_negative), "Rest angle in degrees.");
+  const std::vector<std::string> found = given(keys, {"rest_angle_rad", "rest_angle_deg"});
+  keys.number({"rest_angle_rad", Need::in_some_cases}, bend.rest_angle_rad, Range::not_negative,
+              "Rest angle θ₀ [rad]. Default: π, straight.");
+  std::optional<double> angle_deg;
+  keys.number("rest_angle_deg", angle_deg, Range::not_negative, "Rest angle in degrees.");
+  if (angle_deg) bend.rest_angle_rad = *angle_deg * (std::numbers::pi / 180.0);
+  if (bend.rest_angle_rad > std::numbers::pi * (1.0 + 1e-6))
+    keys.reject(found[0], "is more than half a turn (an angle between two arms is at most that). Use 0 to 180°.");
+  bend.rest_angle_rad = std::min(bend.rest_angle_rad, std::numbers::pi);
 }
 
 void declare(Keys& keys, NamedBend& bend) {

@@ -21,10 +21,8 @@ namespace {
 /// Three lengths.
 void declare_extents(Keys& keys, const char* key, Eigen::Vector3d& extents_m, const char* description) {
   keys.numbers(keys.needed(key), extents_m, description);
-  Reader* reader = keys.reader();
-  if (reader == nullptr || extents_m.minCoeff() > 0.0) return;
-  if (!reader->problems().any_under(reader->path_of(key)))
-    reader->reject(key, "has an entry that is not positive (a length). Give three lengths [m].");
+  if (!keys.reads() || extents_m.minCoeff() > 0.0) return;
+  keys.reject_if(!keys.has_errors(key), key, "has an entry that is not positive (a length). Give three lengths [m].");
   extents_m = Eigen::Vector3d::Ones();
 }
 
@@ -46,25 +44,24 @@ void declare_mesh(Keys& keys, Shape& shape) {
                 "Of a mesh: path of an STL, OBJ or PLY file, relative to the case file. Its surface is closed.");
   keys.describe("text", {{"type", "string"}}, "Of a mesh: the OBJ file itself, as resolved cases have it.");
   double unit_m = 1.0;
-  keys.number(keys.needed("unit_m", keys.reads("file")), unit_m, Range::positive,
+  keys.number(keys.needed("unit_m", keys.has("file")), unit_m, Range::positive,
               "Of a mesh: the unit of length in its file. Needed beside file.");
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
+  if (!keys.reads()) return;
   shape.mesh = std::make_shared<const TriangleMesh>(box_mesh(Eigen::Vector3d::Ones()));  // where it cannot be read
-  const bool is_file = reader->has("file");
-  if (is_file == reader->has("text"))
-    return reader->reject("file",
-                          "and text are both given or both missing (one holds the mesh). Write file: NAME.stl.");
-  const std::string path = is_file ? file_beside_case(*reader, "file").string() : "";
-  const std::string text = is_file ? "" : reader->text("text");
-  if (reader->problems().any_under(reader->path_of(is_file ? "file" : "text"))) return;
+  const bool is_file = keys.has("file");
+  if (is_file == keys.has("text"))
+    return keys.reject("file", "and text are both given or both missing (one holds the mesh). Write file: NAME.stl.");
+  const std::string path = is_file ? file_beside_case(keys, "file").string() : "";
+  std::string text;
+  if (!is_file) keys.text("text", text, "");
+  if (keys.has_errors(is_file ? "file" : "text")) return;
   try {
     shape.mesh = std::make_shared<const TriangleMesh>(read_mesh(is_file ? bytes_of_mesh_file(path) : text, unit_m));
   } catch (const CaseError& error) {
     if (is_file)
-      reader->reject("file", "is '" + path + "' (" + error.what() + ").");
+      keys.reject("file", "is '" + path + "' (" + error.what() + ").");
     else
-      reader->reject("text", std::string("cannot be used (") + error.what() + ").");
+      keys.reject("text", std::string("cannot be used (") + error.what() + ").");
   }
 }
 
@@ -93,16 +90,13 @@ void declare_shape(Keys& keys, Shape& shape, bool is_part) {
     keys.list<ShapePart>({"parts", Need::in_some_cases}, shape.parts,
                          "Of a compound: shapes whose union it is, none of them a compound. They may overlap.",
                          declare_part);
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
-  if (kind == ShapeKind::compound && is_part)
-    reader->reject("shape", "is compound, within a compound (parts are simple). Give its parts to the whole.");
-  if (kind == ShapeKind::compound && shape.parts.empty() && !is_part)
-    reader->reject("parts", "is empty or missing (a compound is the union of its parts). Give at least one.");
-  if (kind == ShapeKind::sphere && shape.length_m > 0 && !reader->problems().any_under(reader->path_of("shape")))
-    reader->reject("length_m",
-                   "is given for a sphere (only capsules and cylinders have one). Remove it, or use shape: capsule.");
-  if (has_radius) return;
+  keys.reject_if(kind == ShapeKind::compound && is_part, "shape",
+                 "is compound, within a compound (parts are simple). Give its parts to the whole.");
+  keys.reject_if(kind == ShapeKind::compound && shape.parts.empty() && !is_part, "parts",
+                 "is empty or missing (a compound is the union of its parts). Give at least one.");
+  keys.reject_if(kind == ShapeKind::sphere && shape.length_m > 0 && !keys.has_errors("shape"), "length_m",
+                 "is given for a sphere (only capsules and cylinders have one). Remove it, or use shape: capsule.");
+  if (has_radius || !keys.reads()) return;
   shape.radius_m = std::cbrt(make_solid(shape)->moments().volume / (4.0 / 3.0 * std::numbers::pi));
 }
 
@@ -131,15 +125,13 @@ void declare_prescribed_motion(Keys& keys, SingleBody& body, double step_s) {
 
 /// Whether the motion is a section.
 bool has_prescribed_motion(Keys& keys, SingleBody& body) {
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return body.signal.has_value();
-  const Value* motion = reader->raw("motion");
+  if (!keys.reads()) return body.signal.has_value();
+  const Value* motion = keys.raw("motion");
   if (motion == nullptr || motion->kind != Value::Kind::mapping) return false;
   body.motion = MotionKind::prescribed;
-  for (const char* key : {"velocity_m_per_s", "angular_velocity_rad_per_s"}) {
-    if (reader->has(key))
-      reader->reject(key, "is given beside motion: {prescribed: …} (which holds the velocities). Remove it.");
-  }
+  for (const char* key : {"velocity_m_per_s", "angular_velocity_rad_per_s"})
+    keys.reject_if(keys.has(key), key,
+                   "is given beside motion: {prescribed: …} (which holds the velocities). Remove it.");
   return true;
 }
 
@@ -150,7 +142,7 @@ void declare_motion(Keys& keys, NamedJoint& joint, const DescribedKey& stiffness
   keys.number(damping.name, joint.damping, Range::not_negative, damping.description);
   keys.number(rest.name, joint.rest, Range::any, rest.description);
   const char* key = limits_from_start.name;
-  if (!keys.when(keys.reads(key) || (keys.reader() == nullptr && joint.has_limits()))) return;
+  if (!keys.when(keys.reads() ? keys.has(key) : joint.has_limits())) return;
   Eigen::Vector2d limits(joint.lowest, joint.highest);
   keys.numbers(keys.needed(key), limits, limits_from_start.description);
   joint.lowest = limits[0];
@@ -162,33 +154,30 @@ void declare_motion(Keys& keys, NamedJoint& joint, const DescribedKey& stiffness
 
 void declare(Keys& keys, Shape& shape) { declare_shape(keys, shape, false); }
 
-void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity& inhomogeneity) {
-  Reader* reader = keys.reader();
-  keys.reject_if(keys.reads("density_kg_per_m3") == keys.reads("mass_kg"), "mass_kg",
+void declare_mass(Keys& keys, GivenBody& body) {
+  keys.reject_if(keys.has("density_kg_per_m3") == keys.has("mass_kg"), "mass_kg",
                  "and density_kg_per_m3 are both given, or neither (one follows from the other). Give exactly one.");
-  if (reader != nullptr && !reader->has("mass_kg"))
-    mass_kg = reader->number("density_kg_per_m3", Range::positive, 1.0) * volume_m3(shape);
-  else
-    keys.number(keys.needed("mass_kg"), mass_kg, Range::positive, "Mass [kg].");
-  keys.describe("density_kg_per_m3", schema_of_number(Range::positive), "Density, instead of mass_kg.");
-  const bool has_inertia = reader != nullptr ? reader->has("inertia_kg_m2") : !inhomogeneity.inertia_kg_m2.empty();
+  keys.number({"mass_kg", Need::in_some_cases}, body.mass_kg, Range::positive, "Mass [kg].");
+  std::optional<double> density_kg_per_m3;
+  keys.number("density_kg_per_m3", density_kg_per_m3, Range::positive, "Density, instead of mass_kg.");
+  if (density_kg_per_m3) body.mass_kg = *density_kg_per_m3 * volume_m3(body.shape);
+  const bool has_inertia = keys.reads() ? keys.has("inertia_kg_m2") : !body.inertia_kg_m2.empty();
   if (keys.when(has_inertia)) {
-    inhomogeneity.inertia_kg_m2.resize(6);
-    keys.numbers(keys.needed("inertia_kg_m2"), Eigen::Map<Eigen::VectorXd>(inhomogeneity.inertia_kg_m2.data(), 6),
+    body.inertia_kg_m2.resize(6);
+    keys.numbers(keys.needed("inertia_kg_m2"), Eigen::Map<Eigen::VectorXd>(body.inertia_kg_m2.data(), 6),
                  "Of a body that is not uniform: inertia about its centre of mass, axes of the shape's own frame: xx, "
                  "yy, zz, xy, xz, yz. Default: that of a uniform body.");
-    keys.numbers("center_of_mass_m", inhomogeneity.center_of_mass_m,
+    keys.numbers("center_of_mass_m", body.center_of_mass_m,
                  "Beside inertia_kg_m2: the centre of mass in the shape's own frame [m]. Default: its origin.");
   } else {
-    keys.reject_if(keys.reads("center_of_mass_m"), "center_of_mass_m",
+    keys.reject_if(keys.has("center_of_mass_m"), "center_of_mass_m",
                    "is given without inertia_kg_m2 (a uniform body has its own). Give both.");
   }
 }
 
 void declare_direction(Keys& keys, const Key& key, Eigen::Vector3d& direction, const char* description) {
   keys.numbers(key, direction, description);
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
+  if (!keys.reads()) return;
   const double length = direction.norm();
   // A direction that is normalised already must keep its bits: the resolved case is read again.
   if (std::abs(length - 1.0) < 1e-15) return;
@@ -196,31 +185,29 @@ void declare_direction(Keys& keys, const Key& key, Eigen::Vector3d& direction, c
     direction /= length;
     return;
   }
-  if (reader->has(key.name)) reader->reject(key.name, "is zero (it has no direction). Give a vector like [0, 0, 1].");
+  keys.reject_if(keys.has(key.name), key.name, "is zero (it has no direction). Give a vector like [0, 0, 1].");
   direction = Eigen::Vector3d::UnitZ();
 }
 
 void declare_names(Keys& keys, const Key& key, std::vector<std::string>& names, std::size_t count,
                    const std::string& remedy, const char* description) {
   keys.words(key, names, count, description);
-  Reader* reader = keys.reader();
-  if (reader == nullptr || names.size() == count) return;
-  reader->reject(key.name, "names " + std::to_string(names.size()) + " " + key.name + " (" + remedy);
+  if (!keys.reads() || names.size() == count) return;
+  keys.reject(key.name, "names " + std::to_string(names.size()) + " " + key.name + " (" + remedy);
   names.assign(count, "");
 }
 
 void declare_anchors(Keys& keys, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& anchor_B_m, const char* description) {
-  if (keys.reads("anchors_m")) {
-    Reader& reader = *keys.reader();
+  if (keys.has("anchors_m")) {
     const std::array anchors{&anchor_A_m, &anchor_B_m};
-    if (reader.size("anchors_m") != anchors.size())
-      return reader.reject("anchors_m", "needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
-    const Value both = *reader.raw("anchors_m");
+    if (keys.size("anchors_m") != anchors.size())
+      return keys.reject("anchors_m", "needs two vectors (one per body). Write [[x, y, z], [x, y, z]].");
+    const Value both = *keys.raw("anchors_m");
     for (std::size_t end = 0; end < anchors.size(); ++end) {
       // A list in a list has no keys, so the position of each anchor serves as its key.
       const std::string key = std::to_string(end);
       const Value wrapped{Value::Kind::mapping, {}, {}, {{key, {}, both.items[end]}}, {}};
-      *anchors[end] = Reader(&wrapped, reader.path_of("anchors_m"), reader.problems()).numbers(key, 3);
+      Keys(&wrapped, keys.path_of("anchors_m"), keys.problems()).numbers(required(key.c_str()), *anchors[end], "");
     }
   }
   keys.write("anchors_m", ordered_json::array({anchor_A_m, anchor_B_m}));
@@ -229,17 +216,16 @@ void declare_anchors(Keys& keys, Eigen::Vector3d& anchor_A_m, Eigen::Vector3d& a
 
 void declare_orientation(Keys& keys, Eigen::Vector4d& q, const char* description) {
   keys.numbers("orientation_wxyz", q, description);
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
+  if (!keys.reads()) return;
   const double norm = q.norm();
   if (std::abs(norm - 1.0) < 1e-15) return;
   if (std::abs(norm - 1.0) < 1e-3) {
     q = q / norm;
     return;
   }
-  reader->reject("orientation_wxyz",
-                 "has length " + rounded_text(norm) +
-                     " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
+  keys.reject("orientation_wxyz",
+              "has length " + rounded_text(norm) +
+                  " (an orientation is a unit quaternion). Normalise it; no rotation is [1, 0, 0, 0].");
   q = {1, 0, 0, 0};
 }
 
@@ -254,7 +240,7 @@ Eigen::Vector4d rotation_from_z(const Eigen::Vector3d& direction) {
 void declare(Keys& keys, SingleBody& body, double step_s) {
   keys.name(required("name"), body.name, "Unique name.");
   declare(keys, body.shape);
-  declare_mass(keys, body.shape, body.mass_kg, body.inhomogeneity);
+  declare_mass(keys, body);
   keys.numbers(required("position_m"), body.position_m,
                "Place of the shape's own frame at the start [m]: of its centre, but for meshes and compounds.");
   declare_orientation(keys, body.orientation_wxyz,

@@ -48,21 +48,12 @@ struct BodyCase : BodySetup {
   std::string model_file;            ///< path; its bodies are still to be read. Empty: none
 };
 
-/// What differs from a uniform density.
-struct Inhomogeneity {
-  std::vector<double> inertia_kg_m2;                           ///< as in BodySpecification; none: uniform
-  Eigen::Vector3d center_of_mass_m = Eigen::Vector3d::Zero();  ///< in the shape's own frame, beside an inertia
+/// A body as the case has it: shape and place are those of the shape's own frame.
+struct GivenBody : BodySpecification {
+  Eigen::Vector3d center_of_mass_m = Eigen::Vector3d::Zero();  ///< in that frame, beside an inertia
 };
 
-/// A bead of a swimmer, in the swimmer's frame; its body is called "swimmer.bead".
-struct Bead {
-  std::string name;
-  Shape shape;
-  double mass_kg = 0.0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector4d orientation_wxyz{1, 0, 0, 0};
-  Inhomogeneity inhomogeneity = {};
-};
+using Bead = GivenBody;  ///< of a swimmer, in the swimmer's frame; its body is called "swimmer.bead"
 
 /// Extent of a bead along the swimmer's z axis [m]: 2r + |d_z| L, d the direction of a capsule.
 double extent_along_m(const Bead& bead);
@@ -112,9 +103,8 @@ struct Swimmer {
   bool is_of_swarm = false;  ///< placed by section `swarm`, after those of section `swimmers`
 };
 
-/// A body that is not of a swimmer; shape and place are those of the shape's own frame.
-struct SingleBody : BodySpecification {
-  Inhomogeneity inhomogeneity;
+/// A body that is not of a swimmer.
+struct SingleBody : GivenBody {
   std::optional<Signal> signal;  ///< by which its prescribed velocities vary in time
 };
 

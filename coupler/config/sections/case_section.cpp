@@ -77,11 +77,8 @@ void settle_services(FluidCase& fluid, BodyCase& body, ServicesCase& services) {
 
 /// Keys that are read elsewhere, or by older versions only.
 void declare_set_aside(Keys& keys) {
-  if (Reader* reader = keys.reader()) {
-    { reader->section("parameter_sets").accept_all(); }
-    static_cast<void>(reader->has("forces"));
-    static_cast<void>(reader->has("sweep"));
-  }
+  static_cast<void>(keys.mapping("parameter_sets"));
+  for (const char* key : {"forces", "sweep"}) static_cast<void>(keys.raw(key));
   keys.describe("parameter_sets", {{"type", "object"}, {"additionalProperties", {{"type", "object"}}}},
                 "Alternative values, by name: each set is a mapping from key path "
                 "(swimmers.0.spring.stiffness_N_per_m) to value.");
@@ -156,7 +153,7 @@ void declare_run(Keys& run, Case& the_case) {
                                            "become periodic; 0: as many as fit into run.steps.");
                            });
   std::int64_t bound = 0;
-  if (run.reader() != nullptr && the_case.until_periodic && the_case.until_periodic->cycles > 0)
+  if (run.reads() && the_case.until_periodic && the_case.until_periodic->cycles > 0)
     if (const std::int64_t period = longest_period_steps(the_case); period > 0)
       bound = std::min(the_case.until_periodic->cycles, most_steps / period) * period;
   the_case.steps = bound > 0 ? bound : the_case.steps;
@@ -174,7 +171,7 @@ void declare(Keys& keys, Case& the_case) {
               "Length of a coupling step [s]. Give this or fluid.relaxation_time.");
   keys.section(required("fluid"), "The fluid and its solver.",
                [&](Keys& fluid) { declare(fluid, the_case.fluid, the_case.given_step_s); });
-  if (keys.reader() != nullptr) the_case.step_s = step_of(the_case.fluid, the_case.given_step_s);
+  if (keys.reads()) the_case.step_s = step_of(the_case.fluid, the_case.given_step_s);
   keys.section("body", "The body solver.", [&](Keys& body) { declare(body, the_case.body); });
   declare_bodies(keys, the_case);
   keys.section("coupling", "Coupling of fluid and bodies.",
@@ -215,16 +212,16 @@ const std::vector<std::string>& case_keys() {
   return keys;
 }
 
-Case read_case(Reader top) {
+Case read_case(const Document& document, Problems& problems) {
   Case result;
-  Keys keys = Keys::reading(top);
-  declare(keys, result);
+  Keys top(&document.root(), "", problems);
+  declare(top, result);
   constexpr double calibrated_cells = 1.5;  // docs/decisions/lubrication.md
   FluidCase& fluid = result.fluid;
   if (fluid.kind == FluidKind::lattice_boltzmann)
     fluid.film_thickness_m = result.lubrication.cut_off_cells.value_or(calibrated_cells) * fluid.cell_size_m;
   settle_services(fluid, result.body, result.services);
-  if (!result.body.model_file.empty()) read_bodies_of_model(result, top.problems());
+  if (!result.body.model_file.empty()) read_bodies_of_model(result, problems);
   return result;
 }
 

@@ -30,14 +30,13 @@ bool is_at_the_centre(const ShapePart& part) {
   return part.position_m.isZero(0.0) && part.orientation_wxyz == Eigen::Vector4d(1, 0, 0, 0);
 }
 
-/// Refers a body to its centre of mass, and gives it its inertia. A compound of one part in its middle is this part.
-void refer_to_centre_of_mass(BodySpecification& body, const Inhomogeneity& inhomogeneity) {
+/// The body by its centre of mass, with its inertia. A compound of one part in its middle is this part.
+BodySpecification referred_to_centre_of_mass(GivenBody body) {
   if (body.shape.kind == ShapeKind::compound && body.shape.parts.size() == 1 && is_at_the_centre(body.shape.parts[0]))
     body.shape = Shape(body.shape.parts[0].shape);
-  body.inertia_kg_m2 = inhomogeneity.inertia_kg_m2;
-  Eigen::Vector3d centre_m = inhomogeneity.center_of_mass_m;
+  Eigen::Vector3d centre_m = body.center_of_mass_m;
   if (body.inertia_kg_m2.empty()) {
-    if (is_round(body.shape)) return;
+    if (is_round(body.shape)) return body;
     const VolumeMoments moments = make_solid(body.shape)->moments();
     centre_m = moments.centre();
     if (body.shape.kind != ShapeKind::mesh && body.shape.kind != ShapeKind::compound) centre_m.setZero();
@@ -45,9 +44,10 @@ void refer_to_centre_of_mass(BodySpecification& body, const Inhomogeneity& inhom
         body.mass_kg / moments.volume * moments.moved(Eigen::Matrix3d::Identity(), -centre_m).inertia();
     body.inertia_kg_m2 = {I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)};
   }
-  if (centre_m.isZero(0.0)) return;
+  if (centre_m.isZero(0.0)) return body;
   body.shape = moved(body.shape, -centre_m);
   body.position_m += rotation_matrix(body.orientation_wxyz) * centre_m;
+  return body;
 }
 
 void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembly& assembly) {
@@ -56,14 +56,11 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
   assembly.first_bodies.push_back(static_cast<int>(assembly.bodies.size()));
   for (const Bead& bead : swimmer.beads) {
     assembly.body_paths.push_back(path + ".beads." + std::to_string(&bead - swimmer.beads.data()));
-    BodySpecification& body = assembly.bodies.emplace_back();
+    GivenBody body = bead;
     body.name = swimmer.name + "." + bead.name;
-    body.shape = bead.shape;
-    body.mass_kg = bead.mass_kg;
     body.position_m = swimmer.center_m + R_WS * bead.position_m;
-    body.orientation_wxyz = bead.orientation_wxyz;
     if (turned) body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
-    refer_to_centre_of_mass(body, bead.inhomogeneity);
+    assembly.bodies.push_back(referred_to_centre_of_mass(std::move(body)));
   }
 }
 
@@ -228,8 +225,7 @@ Assembly assemble(const Case& the_case) {
   for (std::size_t i = 0; i < the_case.bodies.size(); ++i) {
     const std::optional<Signal>& signal = the_case.bodies[i].signal;
     if (signal) assembly.prescribed.push_back({static_cast<int>(assembly.bodies.size()), *signal});
-    assembly.bodies.push_back(the_case.bodies[i]);
-    refer_to_centre_of_mass(assembly.bodies.back(), the_case.bodies[i].inhomogeneity);
+    assembly.bodies.push_back(referred_to_centre_of_mass(the_case.bodies[i]));
     assembly.body_paths.push_back("bodies." + std::to_string(i));
   }
   const BodyNumbers numbers = numbers_of(assembly.bodies);

@@ -24,79 +24,36 @@ void declare_condition(Keys& keys, Boundary& boundary, double step_s) {
   if (keys.when(boundary.kind == BoundaryKind::pressure))
     keys.number(keys.needed("pressure_Pa"), boundary.pressure_Pa, Range::any,
                 "Pressure, relative to the fluid at rest.");
+  if (keys.has("outflow")) keys.section("outflow", "", [](Keys&) {});
   keys.describe("outflow", {{"type", "object"}, {"maxProperties", 0}},
                 "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
                 "to that at rest.");
 }
 
 /// One face: a word, or a section with its condition.
-Boundary read_face(Reader& faces, const std::string& key, double step_s) {
-  Boundary boundary;
-  const Value* value = faces.raw(key);
-  if (value == nullptr || value->kind == Value::Kind::scalar) {
-    Keys keys = Keys::reading(faces);
-    keys.choice(key.c_str(), boundary.kind, boundary_names, "");
-    if (boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure) {
-      const std::string name = name_of(boundary_names, boundary.kind);
-      faces.reject(
-          key, "is '" + name +
-                   "' without a value (how much is open). Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: p}.");
-    }
-    return boundary;
-  }
-  Reader face = faces.section(key);
-  const bool moves = face.has("velocity_m_per_s");
-  const bool presses = face.has("pressure_Pa");
-  const bool lets_out = face.has("outflow");
-  if (moves + presses + lets_out != 1) {
-    faces.reject(key,
-                 "needs exactly one condition (a wall or an inflow with a velocity, or an opening). Give "
-                 "velocity_m_per_s, pressure_Pa or outflow.");
-    return boundary;
-  }
-  boundary.kind = moves ? BoundaryKind::velocity : presses ? BoundaryKind::pressure : BoundaryKind::outflow;
-  Keys keys = Keys::reading(face);
-  declare_condition(keys, boundary, step_s);
-  if (lets_out) face.section("outflow");
-  return boundary;
-}
-
-/// Both faces of an axis: one condition for both, or {low: …, high: …}.
-void read_axis(Reader& boundaries, const std::string& axis, double step_s, Boundary& low, Boundary& high) {
-  const Value* value = boundaries.raw(axis);
-  const bool two_sided = value != nullptr && (value->find("low") != nullptr || value->find("high") != nullptr);
-  if (!two_sided) {
-    low = high = read_face(boundaries, axis, step_s);
+void declare_face(Keys& keys, const char* key, Boundary& boundary, double step_s) {
+  const Value* value = keys.raw(key);
+  const auto has_value = [&] {
+    return boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure;
+  };
+  if (keys.reads() ? value == nullptr || value->kind == Value::Kind::scalar : !has_value()) {
+    keys.choice(key, boundary.kind, boundary_names, "");
+    keys.reject_if(has_value(), key,
+                   std::string("is '") + name_of(boundary_names, boundary.kind) +
+                       "' without a value (how much is open). Write {velocity_m_per_s: [x, y, z]} or {pressure_Pa: "
+                       "p}.");
     return;
   }
-  Reader faces = boundaries.section(axis);
-  low = read_face(faces, "low", step_s);
-  high = read_face(faces, "high", step_s);
-}
-
-FluidKind fluid_kind(FluidSolverChoice choice) {
-  if (choice == FluidSolverChoice::stokes) return FluidKind::stokes;
-  if (choice == FluidSolverChoice::vacuum) return FluidKind::vacuum;
-  return FluidKind::lattice_boltzmann;  // external: receives everything that the case specifies for a lattice
-}
-
-void declare(Keys& keys, InitialFlow& flow) {
-  keys.choice("kind", flow.kind, initial_flow_names,
-              "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: "
-              "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic; "
-              "taylor_green_3d: U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0) in a cube, "
-              "one wavelength along x, y and z, which are periodic or free_slip.");
-  if (keys.when(flow.kind == InitialFlowKind::uniform))
-    keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
-  if (keys.when(flow.kind >= InitialFlowKind::taylor_green))
-    keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive,
-                "For kind: taylor_green or taylor_green_3d, U.");
-}
-
-ordered_json resolved_face(Boundary boundary) {
-  if (boundary.kind != BoundaryKind::velocity && boundary.kind != BoundaryKind::pressure)
-    return name_of(boundary_names, boundary.kind);
-  return Keys::written([&](Keys& keys) { declare_condition(keys, boundary, 0.0); });
+  keys.section(key, "", [&](Keys& face) {
+    const bool moves = face.has("velocity_m_per_s"), presses = face.has("pressure_Pa"), lets_out = face.has("outflow");
+    if (face.reads() && moves + presses + lets_out != 1)
+      return keys.reject(key,
+                         "needs exactly one condition (a wall or an inflow with a velocity, or an opening). Give "
+                         "velocity_m_per_s, pressure_Pa or outflow.");
+    if (face.reads())
+      boundary.kind = moves ? BoundaryKind::velocity : presses ? BoundaryKind::pressure : BoundaryKind::outflow;
+    declare_condition(face, boundary, step_s);
+  });
 }
 
 ordered_json schema_of_face() {
@@ -117,14 +74,40 @@ ordered_json schema_of_axis() {
   return forms;
 }
 
-void declare_axis(Keys& keys, std::size_t axis, double step_s, Boundary& low, Boundary& high) {
-  const char* name = axis_names[axis];
-  if (Reader* reader = keys.reader()) read_axis(*reader, name, step_s, low, high);
-  if (ordered_json* resolved = keys.resolved())
-    (*resolved)[name] = {{"low", resolved_face(low)}, {"high", resolved_face(high)}};
+/// Both faces of an axis: one condition for both, or {low: …, high: …}.
+void declare_axis(Keys& keys, const char* axis, double step_s, Boundary& low, Boundary& high) {
   if (keys.describes())
-    keys.describe(name, schema_of_axis(),
-                  "Both faces normal to this axis, or low and high separately. Default: no_slip.");
+    return keys.describe(axis, schema_of_axis(),
+                         "Both faces normal to this axis, or low and high separately. Default: no_slip.");
+  const Value* value = keys.raw(axis);
+  if (keys.reads() && (value == nullptr || (value->find("low") == nullptr && value->find("high") == nullptr))) {
+    declare_face(keys, axis, low, step_s);
+    high = low;
+    return;
+  }
+  keys.section(axis, "", [&](Keys& faces) {
+    declare_face(faces, "low", low, step_s);
+    declare_face(faces, "high", high, step_s);
+  });
+}
+
+FluidKind fluid_kind(FluidSolverChoice choice) {
+  if (choice == FluidSolverChoice::stokes) return FluidKind::stokes;
+  if (choice == FluidSolverChoice::vacuum) return FluidKind::vacuum;
+  return FluidKind::lattice_boltzmann;  // external: receives everything that the case specifies for a lattice
+}
+
+void declare(Keys& keys, InitialFlow& flow) {
+  keys.choice("kind", flow.kind, initial_flow_names,
+              "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: "
+              "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic; "
+              "taylor_green_3d: U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0) in a cube, "
+              "one wavelength along x, y and z, which are periodic or free_slip.");
+  if (keys.when(flow.kind == InitialFlowKind::uniform))
+    keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
+  if (keys.when(flow.kind >= InitialFlowKind::taylor_green))
+    keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive,
+                "For kind: taylor_green or taylor_green_3d, U.");
 }
 
 void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {
@@ -150,8 +133,7 @@ void declare(Keys& keys, FluidCase& fluid, std::optional<double> given_step_s) {
       "lattice_boltzmann: D3Q19; stokes: quasi-steady flow around spheres by mobility; vacuum: no fluid; {command: …}: "
       "your own component. Changing this line swaps the solver: keys that it does not use are ignored.");
   fluid.kind = fluid_kind(fluid.solver);
-  const Reader* reader = keys.reader();  // where the solver cannot be used, no key is missing for sure
-  const bool known = reader != nullptr && !keys.reader()->problems().any_under(reader->path_of("solver"));
+  const bool known = keys.reads() && !keys.has_errors("solver");  // where it cannot be used, no key is missing for sure
   const bool lattice = known && fluid.solver == FluidSolverChoice::lattice_boltzmann;
   const bool viscous = lattice || (known && fluid.solver == FluidSolverChoice::stokes);
   const auto above_zero = [](bool needed) { return needed ? Range::positive : Range::not_negative; };
@@ -169,7 +151,7 @@ void declare(Keys& keys, FluidCase& fluid, std::optional<double> given_step_s) {
   keys.section("boundaries", "Condition on the faces of the domain, by axis.", [&](Keys& boundaries) {
     const double step_s = step_of(fluid, given_step_s);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      declare_axis(boundaries, axis, step_s, fluid.boundaries[2 * axis], fluid.boundaries[2 * axis + 1]);
+      declare_axis(boundaries, axis_names[axis], step_s, fluid.boundaries[2 * axis], fluid.boundaries[2 * axis + 1]);
   });
   keys.choice("no_slip_plane", fluid.no_slip_plane, plane_names,
               "With solver: stokes, the one face of the domain that is a wall; the flow is otherwise unbounded. Other "

@@ -57,29 +57,24 @@ std::string reason_in(std::string text) {
 }
 
 /// Takes the model from the file that a key names.
-void read_model_file(Reader& reader, const std::string& key, BodyCase& body) {
-  const std::string path = file_beside_case(reader, key);
+void read_model_file(Keys& keys, const std::string& key, BodyCase& body) {
+  const std::string path = file_beside_case(keys, key);
   std::ifstream stream(path, std::ios::binary);
   const std::string found = "is '" + path + "' (";
   if (!stream || !std::filesystem::is_regular_file(path))
-    return reader.reject(key, found + "cannot be read). Give the path of an MJCF file, relative to the case file.");
+    return keys.reject(key, found + "cannot be read). Give the path of an MJCF file, relative to the case file.");
   std::string& text = body.model.text;
   text.assign(std::istreambuf_iterator<char>(stream), {});
   if (text.empty() || text.size() > conversion::kLimits.model_bytes || conversion::as_utf8(text, text.size()) != text)
-    return reader.reject(key, found + "empty, longer than 16 MiB, or not UTF-8 text). Give an MJCF file.");
+    return keys.reject(key, found + "empty, longer than 16 MiB, or not UTF-8 text). Give an MJCF file.");
   body.model_file = path;
 }
 
 /// The text of the model, or the file that holds it.
 void declare_source(Keys& keys, BodyCase& body) {
-  if (Reader* reader = keys.reader()) {
-    if (reader->has("file") == reader->has("text")) {
-      reader->reject("file",
-                     "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
-    } else if (reader->has("file")) {
-      return read_model_file(*reader, "file", body);
-    }
-  }
+  keys.reject_if(keys.has("file") == keys.has("text"), "file",
+                 "and text are both given or both missing (the model is in one of them). Write file: NAME.xml.");
+  if (keys.has("file") && !keys.has("text")) return read_model_file(keys, "file", body);
   keys.describe("file", {{"type", "string"}}, "Path of the MJCF file, relative to the case file.");
   keys.text("text", body.model.text,
             "The model itself, as resolved cases have it; bodies and joints are then in the case too.");
@@ -88,10 +83,9 @@ void declare_source(Keys& keys, BodyCase& body) {
 }  // namespace
 
 void declare_model(Keys& keys, BodyCase& body) {
-  Reader* reader = keys.reader();
-  if (reader != nullptr ? !reader->has("model") : keys.resolved() != nullptr && body.model.text.empty()) return;
-  if (reader != nullptr && reader->raw("model")->kind == Value::Kind::scalar)
-    return read_model_file(*reader, "model", body);
+  if (!keys.when(keys.reads() ? keys.has("model") : !body.model.text.empty())) return;
+  if (const Value* file = keys.raw("model"); file != nullptr && file->kind == Value::Kind::scalar)
+    return read_model_file(keys, "model", body);
   keys.describe("model", {{"type", "string"}},
                 "The bodies as a model of MuJoCo: its spheres and capsules are the case's bodies, with the model's own "
                 "joints, tendons and actuators; fluid, gravity and step are the case's. The path of an MJCF file, "
@@ -123,17 +117,17 @@ void read_bodies_of_model(Case& the_case, Problems& problems) {
     return;
   }
   const Document document = Document::parse(answer.text, the_case.body.model_file, {});
-  Reader found(&document.root(), path, problems);
+  Keys found(&document.root(), path, problems);
   std::vector<SingleBody> bodies;
   std::vector<NamedJoint> joints;
-  Keys keys = Keys::reading(found);
-  keys.list<SingleBody>("bodies", bodies, "",
-                        [&](Keys& below, SingleBody& body) { declare(below, body, the_case.step_s); });
-  keys.list<NamedJoint>("joints", joints, "",
-                        [&](Keys& below, NamedJoint& joint) { declare(below, joint, the_case.step_s); });
+  found.list<SingleBody>("bodies", bodies, "",
+                         [&](Keys& below, SingleBody& body) { declare(below, body, the_case.step_s); });
+  found.list<NamedJoint>("joints", joints, "",
+                         [&](Keys& below, NamedJoint& joint) { declare(below, joint, the_case.step_s); });
   the_case.bodies.insert(the_case.bodies.end(), bodies.begin(), bodies.end());
   the_case.joints.insert(the_case.joints.end(), joints.begin(), joints.end());
-  const std::vector<std::string> controls = found.words("controls");
+  std::vector<std::string> controls;
+  found.words("controls", controls, 0, "");
   for (std::size_t i = 0; i < the_case.actuators.size(); ++i) {
     const NamedActuator& actuator = the_case.actuators[i];
     if (actuator.kind != ActuatorKind::control || std::ranges::find(controls, actuator.control) != controls.end())

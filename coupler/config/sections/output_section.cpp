@@ -20,15 +20,16 @@ void declare_range(Keys& keys, const char* axis, std::int64_t& start, std::int64
   const ordered_json cell = schema_of_integer(Range::not_negative);
   keys.describe(axis, {{"anyOf", {cell, schema_of_list(cell, 2)}}},
                 "[start, stop): cells along an axis, the first has index 0; or the index of one layer of cells.");
-  if (stop > 0) keys.write(axis, {start, stop});
-  if (!keys.reads(axis)) return;
-  Reader& reader = *keys.reader();
-  if (reader.raw(axis)->kind == Value::Kind::scalar) {
-    start = reader.integer(axis, Range::not_negative);
+  if (stop > 0) keys.write(axis, std::array{start, stop});
+  const Value* given = keys.raw(axis);
+  if (given == nullptr) return;
+  if (given->kind == Value::Kind::scalar) {
+    keys.integer(axis, start, Range::not_negative, "");
     stop = start + 1;
     return;
   }
-  const std::vector<std::int64_t> range = reader.integers(axis, 2, Range::not_negative);
+  std::array<std::int64_t, 2> range{1, 1};
+  keys.integers(axis, range, Range::not_negative, "");
   start = range[0];
   stop = range[1];
   keys.reject_if(start >= stop, axis,
@@ -111,7 +112,7 @@ void declare_flow(Keys& keys, FlowSampling& flow) {
 }
 
 /// The sum of the fluid's ranks on all hosts, each "name" (one rank) or "name:ranks".
-int ranks_of_hosts(Reader& services, const std::vector<std::string>& hosts) {
+int ranks_of_hosts(Keys& services, const std::vector<std::string>& hosts) {
   static const std::regex form("([A-Za-z0-9][A-Za-z0-9_.-]*)(:([0-9]{1,5}))?");
   int ranks = 0;
   std::set<std::string> names;
@@ -137,24 +138,24 @@ void declare_number_of(Keys& keys, const char* key, int& value, std::int64_t mos
   value = static_cast<int>(std::min(number, most));
 }
 
-void check_transport(Reader& services, const std::string& transport) {
-  if (transport != "ipc" && transport != in_process_transport && !transport.starts_with("tcp://"))
-    services.reject("transport",
-                    "is '" + transport + "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
+void check_transport(Keys& services, const std::string& transport) {
+  const bool is_tcp = transport.starts_with("tcp://");
+  services.reject_if(transport != "ipc" && transport != in_process_transport && !is_tcp, "transport",
+                     "is '" + transport + "' (known: ipc, tcp, in_process). Write ipc, tcp://host:port or in_process.");
   try {
-    if (transport.starts_with("tcp://")) transport::check_endpoint(transport);
+    if (is_tcp) transport::check_endpoint(transport);
   } catch (const CaseError& error) {
     services.problems().error(services.path_of("transport"), error.what());
   }
 }
 
-void settle_hosts(Reader& reader, ServicesCase& services) {
+void settle_hosts(Keys& keys, ServicesCase& services) {
   if (services.hosts.empty()) return;
-  services.fluid_ranks = ranks_of_hosts(reader, services.hosts);
+  services.fluid_ranks = ranks_of_hosts(keys, services.hosts);
   if (services.fluid_ranks == 0)
-    reader.reject("hosts", "leaves the fluid without a rank. Give one of them ranks: name:ranks.");
+    keys.reject("hosts", "leaves the fluid without a rank. Give one of them ranks: name:ranks.");
   if (services.transport == in_process_transport)
-    reader.reject("hosts", "needs processes (services.transport is in_process). Write transport: ipc.");
+    keys.reject("hosts", "needs processes (services.transport is in_process). Write transport: ipc.");
 }
 
 }  // namespace
@@ -169,8 +170,7 @@ void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
                       "csv: text, a row per body and sample; npy: an array of NumPy, with a field per quantity; auto: "
                       "csv up to 100 bodies. A resumed run keeps the form that it has.");
   });
-  if (keys.reader() != nullptr)
-    output.bodies_every_steps = usual_steps_between_frames(steps, output.trajectory_every_steps);
+  if (keys.reads()) output.bodies_every_steps = usual_steps_between_frames(steps, output.trajectory_every_steps);
   keys.section("bodies", "bodies.pvd: surfaces of the bodies over time, for ParaView.", [&](Keys& bodies) {
     bodies.integer({"every_steps", Need::in_some_cases}, output.bodies_every_steps, Range::not_negative,
                    "Steps between frames; first and last step have one too; 0: no files. Default: about 100 frames at "
@@ -221,9 +221,9 @@ void declare(Keys& keys, ServicesCase& services) {
             "ipc, tcp://host:port, or in_process: coupler, our own bodies and fluid in one process, the ranks of the "
             "fluid as threads. Fastest for small cases.");
   keys.describe_also("transport", {{"pattern", "^(ipc|in_process|tcp://.+)$"}});
-  if (Reader* reader = keys.reader()) {
-    check_transport(*reader, services.transport);
-    settle_hosts(*reader, services);
+  if (keys.reads()) {
+    check_transport(keys, services.transport);
+    settle_hosts(keys, services);
     const bool has_network = services.transport.starts_with("tcp://") || !services.hosts.empty();
     services.silence_s = has_network ? 30.0 : 3.0;  // a network may be cut for a while
   }

@@ -26,7 +26,7 @@ namespace copepod::coupler {
 void declare(Keys& keys, FluidCase& fluid, std::optional<double> given_step_s);
 void declare(Keys& keys, Shape& shape);
 /// Mass or density, after the shape.
-void declare_mass(Keys& keys, const Shape& shape, double& mass_kg, Inhomogeneity& inhomogeneity);
+void declare_mass(Keys& keys, GivenBody& body);
 void declare(Keys& keys, SingleBody& body, double step_s);
 void declare(Keys& keys, NamedGroup& group);
 void declare(Keys& keys, NamedSpring& spring);
@@ -70,7 +70,7 @@ void declare_model(Keys& keys, BodyCase& body);
 void read_bodies_of_model(Case& the_case, Problems& problems);
 
 /// Reads the whole case from its root.
-Case read_case(Reader top);
+Case read_case(const Document& document, Problems& problems);
 /// The case with every default spelled out. A parameter set that was chosen stays as a label only: its values are
 /// written where they belong.
 nlohmann::ordered_json resolved(Case the_case);
@@ -111,8 +111,7 @@ void declare_parameters(Keys& keys, std::string& parameters);
 template <typename E, std::size_t N>
 void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choice<E>, N>& names,
                     std::vector<std::string>& command, std::string& parameters, const char* description) {
-  Reader* reader = keys.reader();
-  const Value* value = reader == nullptr ? nullptr : reader->raw(key.name);
+  const Value* value = keys.raw(key.name);
   const bool is_section = value != nullptr && value->kind == Value::Kind::mapping;
   if (keys.when(!is_section)) keys.choice(key, solver, names, description);
   if (!keys.when(is_section)) return;
@@ -122,11 +121,9 @@ void declare_solver(Keys& keys, const Key& key, E& solver, const std::array<Choi
                 "Command that starts the component, as one text or a list of words. Relative paths in it start at the "
                 "directory in which `copepod run` is called.");
     declare_parameters(own, parameters);
-    Reader* inner = own.reader();
-    if (inner != nullptr && command.empty() && !inner->problems().any_under(inner->path_of("command")))
-      inner->reject(
-          "command",
-          "is missing (a solver is a name, or the command of a component). Write {command: \"program argument …\"}.");
+    own.reject_if(
+        command.empty() && !own.has_errors("command"), "command",
+        "is missing (a solver is a name, or the command of a component). Write {command: \"program argument …\"}.");
   });
 }
 

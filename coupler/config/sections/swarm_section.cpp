@@ -47,32 +47,24 @@ struct Swarm {
   std::int64_t seed = 1;
 };
 
-void read_count(Reader& section, Swarm& swarm) {
-  const bool is_file = swarm.placement == PlacementKind::file;
-  const bool has_count = section.has("count");
-  const bool has_fraction = section.has("volume_fraction");
-  if (is_file && (has_count || has_fraction)) {
-    section.reject(has_count ? "count" : "volume_fraction",
-                   "is given together with a file (which has a row for each swimmer). Remove it.");
-  } else if (has_count && has_fraction) {
-    section.reject("volume_fraction", "is given together with count (one follows from the other). Remove one.");
-  } else if (has_fraction) {
-    swarm.volume_fraction = section.number("volume_fraction", Range::positive);
-  } else if (!is_file) {
-    const std::int64_t count = section.integer("count", Range::positive);
-    if (count > most_swimmers)
-      section.reject("count", "is " + std::to_string(count) + " (at most " + std::to_string(most_swimmers) +
-                                  " are placed). Use fewer.");
-    swarm.count = static_cast<std::size_t>(std::max<std::int64_t>(count, 0));
-  }
-}
-
 void declare_count(Keys& keys, Swarm& swarm) {
-  if (Reader* reader = keys.reader()) read_count(*reader, swarm);
-  keys.describe("count", schema_of_integer(Range::positive), "Number of copies.");
+  const bool is_file = swarm.placement == PlacementKind::file;
+  const bool has_count = keys.has("count"), has_fraction = keys.has("volume_fraction");
+  std::int64_t count = 0;
+  keys.integer(keys.needed("count", !is_file && !has_fraction), count, Range::positive, "Number of copies.");
   keys.describe_also("count", {{"maximum", most_swimmers}});
-  keys.describe("volume_fraction", schema_of_number(Range::positive),
-                "Volume of all beads in that of the region, instead of count.");
+  keys.number("volume_fraction", swarm.volume_fraction, Range::positive,
+              "Volume of all beads in that of the region, instead of count.");
+  keys.reject_if(
+      count > most_swimmers, "count",
+      "is " + std::to_string(count) + " (at most " + std::to_string(most_swimmers) + " are placed). Use fewer.");
+  if (is_file && (has_count || has_fraction))
+    keys.reject(has_count ? "count" : "volume_fraction",
+                "is given together with a file (which has a row for each swimmer). Remove it.");
+  else
+    keys.reject_if(has_count && has_fraction, "volume_fraction",
+                   "is given together with count (one follows from the other). Remove one.");
+  swarm.count = static_cast<std::size_t>(count);
 }
 
 /// What is wrong with the limits along an axis; empty: nothing.
@@ -94,33 +86,33 @@ void declare_limits(Keys& keys, const FluidCase& fluid, Swarm& swarm) {
     keys.numbers({name, Need::in_some_cases}, limits, "[low, high] along this axis.");
     swarm.low_m[i] = limits[0];
     swarm.high_m[i] = limits[1];
-    Reader* reader = keys.reader();
-    if (reader == nullptr) continue;
-    swarm.is_region_given[axis] = reader->has(name);
-    const bool is_known = !reader->problems().any_under(reader->path_of(name));
-    if (!swarm.is_region_given[axis] && !(length_m[i] > 0.0) && !reader->problems().any())
-      reader->reject(name, "is missing (the fluid has no domain along it). Write region_m: {x: [0, 1.0e-4], …}.");
+    if (!keys.reads()) continue;
+    swarm.is_region_given[axis] = keys.has(name);
+    const bool is_known = !keys.has_errors(name);
+    if (!swarm.is_region_given[axis] && !(length_m[i] > 0.0) && !keys.problems().any())
+      keys.reject(name, "is missing (the fluid has no domain along it). Write region_m: {x: [0, 1.0e-4], …}.");
     else if (const std::string problem = problem_with(limits, length_m[i]);
              swarm.is_region_given[axis] && is_known && !problem.empty())
-      reader->reject(name, problem);
+      keys.reject(name, problem);
   }
 }
 
-void read_file_of_places(Reader& section, Swarm& swarm) {
-  if (swarm.placement != PlacementKind::file) {
-    if (section.has("file")) section.reject("file", "is given without placement: file (it is not read). Remove one.");
-    return;
-  }
-  if (!section.has("file")) {
-    section.reject(
-        "file", "is missing (placement: file takes the places from it). Name a CSV file with the columns x_m,y_m,z_m.");
-    return;
-  }
-  swarm.rows = read_csv_rows(section, "file", {"x_m", "y_m", "z_m"}, {"axis_x", "axis_y", "axis_z"});
+void declare_file_of_places(Keys& keys, Swarm& swarm) {
+  keys.describe("file", {{"type", "string"}},
+                "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
+                "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+  const bool is_needed = swarm.placement == PlacementKind::file;
+  keys.reject_if(!is_needed && keys.has("file"), "file",
+                 "is given without placement: file (it is not read). Remove one.");
+  keys.reject_if(
+      is_needed && !keys.has("file"), "file",
+      "is missing (placement: file takes the places from it). Name a CSV file with the columns x_m,y_m,z_m.");
+  if (is_needed && keys.has("file"))
+    swarm.rows = read_csv_rows(keys, "file", {"x_m", "y_m", "z_m"}, {"axis_x", "axis_y", "axis_z"});
   if (!swarm.rows) return;
   swarm.count = swarm.rows->values.size();
-  if (swarm.rows->has_optional && section.has("orientations"))
-    section.reject("orientations", "is given together with a file that has axes (both turn the swimmers). Remove one.");
+  keys.reject_if(swarm.rows->has_optional && keys.has("orientations"), "orientations",
+                 "is given together with a file that has axes (both turn the swimmers). Remove one.");
 }
 
 void declare_orientations(Keys& keys, Swarm& swarm) {
@@ -134,33 +126,29 @@ void declare_orientations(Keys& keys, Swarm& swarm) {
   // Rounded to single precision, so that every machine has the same number.
   swarm.least_cosine = static_cast<double>(static_cast<float>(std::cos(spread_deg * std::numbers::pi / 180.0)));
   const bool is_isotropic = swarm.orientations == Orientations::isotropic;
-  keys.reject_if(is_isotropic && keys.reads("spread_deg"), "spread_deg",
+  keys.reject_if(is_isotropic && keys.has("spread_deg"), "spread_deg",
                  "is given without orientations: aligned (isotropic axes point everywhere). Remove it.");
   keys.reject_if(!is_isotropic && spread_deg > 180.0, "spread_deg",
                  "is " + rounded_text(spread_deg) + " (angles between axes end at 180). Use less.");
 }
 
 void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
-  Reader* reader = keys.reader();
-  if (reader != nullptr && !reader->has("template"))
-    reader->reject("template", "is missing (a swarm has copies of it). Write a swimmer below it: name, beads, …");
+  if (keys.reads() && !keys.has("template"))
+    keys.reject("template", "is missing (a swarm has copies of it). Write a swimmer below it: name, beads, …");
   else
-    keys.section(
-        required("template"), "The swimmer, with the keys of an entry of swimmers but center_m.", [&](Keys& swimmer) {
-          if (swimmer.reader() != nullptr && swimmer.reader()->has("center_m"))
-            swimmer.reader()->reject("center_m", "is given (the placement gives each swimmer its own). Remove it.");
-          declare(swimmer, swarm.swimmer, the_case.step_s, false);
-        });
+    keys.section(required("template"), "The swimmer, with the keys of an entry of swimmers but center_m.",
+                 [&](Keys& swimmer) {
+                   swimmer.reject_if(swimmer.has("center_m"), "center_m",
+                                     "is given (the placement gives each swimmer its own). Remove it.");
+                   declare(swimmer, swarm.swimmer, the_case.step_s, false);
+                 });
   keys.choice("placement", swarm.placement, placement_names,
               "random: anywhere without overlap (random sequential addition); lattice: in the cells of a grid over the "
               "region; file: as the rows of file.");
   declare_count(keys, swarm);
   keys.section("region_m", "Box that holds every bead [m]. Default: the whole domain, across periodic faces too.",
                [&](Keys& region) { declare_limits(region, the_case.fluid, swarm); });
-  if (reader != nullptr) read_file_of_places(*reader, swarm);
-  keys.describe("file", {{"type", "string"}},
-                "For placement: file, a CSV file relative to the case file. Columns x_m,y_m,z_m (centres) and, if "
-                "given, axis_x,axis_y,axis_z (directions of the own axes); a row for each copy.");
+  declare_file_of_places(keys, swarm);
   declare_orientations(keys, swarm);
   keys.choice("phases", swarm.phases, phases_names,
               "Phases of the drives: that of the template (equal), or evenly spread over a period (random).");
@@ -175,17 +163,6 @@ void declare(Keys& keys, Swarm& swarm, const Case& the_case) {
   keys.reject_if(
       std::ranges::find(planes, true) != planes.end(), "template",
       "cannot be placed in a fluid with symmetry_planes (its copies would lie across them). Remove the planes.");
-}
-
-std::vector<BodySpecification> beads_of(const Swimmer& swimmer) {
-  std::vector<BodySpecification> bodies;
-  for (const Bead& bead : swimmer.beads) {
-    BodySpecification& body = bodies.emplace_back();
-    body.shape = bead.shape;
-    body.position_m = bead.position_m;
-    body.orientation_wxyz = bead.orientation_wxyz;
-  }
-  return bodies;
 }
 
 /// Along periodic axes the whole domain has no ends; walls are as far away as other surfaces.
@@ -213,7 +190,7 @@ Room room_of(const Swarm& swarm, const Case& the_case) {
 }
 
 /// Sets the number of swimmers from the volume fraction; reports numbers that cannot fit.
-void settle_count(Reader& section, Swarm& swarm) {
+void settle_count(Keys& section, Swarm& swarm) {
   const double region_m3 = (swarm.high_m - swarm.low_m).prod();
   if (swarm.volume_fraction) {
     double swimmer_m3 = 0.0;
@@ -247,7 +224,7 @@ Eigen::Vector4d draw_orientation(const Swarm& swarm, RandomNumbers& random) {
   return product(own, rotation_from_z(random.direction_about_z(swarm.least_cosine)));
 }
 
-std::vector<Place> place_at_random(Reader& section, const Swarm& swarm, const Placement& placement,
+std::vector<Place> place_at_random(Keys& section, const Swarm& swarm, const Placement& placement,
                                    RandomNumbers& random) {
   std::vector<Place> places = placement.fill(swarm.count, [&] {
     Place place;
@@ -287,7 +264,7 @@ std::string touch_text(double distance_m) {
                           : "are " + length_text(distance_m) + " apart, less than minimal_gap_m";
 }
 
-std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const Placement& placement,
+std::vector<Place> place_on_lattice(Keys& section, const Swarm& swarm, const Placement& placement,
                                     RandomNumbers& random) {
   std::vector<Place> places;
   for (const Eigen::Vector3d& center_m : lattice_of(swarm.count, swarm.low_m, swarm.high_m, extents_m(swarm)))
@@ -309,7 +286,7 @@ std::vector<Place> place_on_lattice(Reader& section, const Swarm& swarm, const P
   return places;
 }
 
-std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const Placement& placement,
+std::vector<Place> place_as_in_file(Keys& section, const Swarm& swarm, const Placement& placement,
                                     RandomNumbers& random) {
   const CsvRows& rows = *swarm.rows;
   std::size_t reports = 0;
@@ -346,11 +323,12 @@ std::vector<Place> place_as_in_file(Reader& section, const Swarm& swarm, const P
 }
 
 /// Adds the swimmers: around the other swimmers and the bodies, which have been read.
-void place(Reader& section, Swarm& swarm, Case& the_case) {
+void place(Keys& section, Swarm& swarm, Case& the_case) {
   if (section.problems().any()) return;  // places would follow from wrong numbers
   settle_count(section, swarm);
   if (section.problems().any()) return;
-  const Placement placement(beads_of(swarm.swimmer), room_of(swarm, the_case));
+  const std::vector<Bead>& beads = swarm.swimmer.beads;
+  const Placement placement({beads.begin(), beads.end()}, room_of(swarm, the_case));
   RandomNumbers random(static_cast<std::uint64_t>(swarm.seed));
   constexpr std::array ways{place_at_random, place_on_lattice, place_as_in_file};
   const std::vector<Place> places = ways[static_cast<std::size_t>(swarm.placement)](section, swarm, placement, random);
@@ -371,14 +349,14 @@ void place(Reader& section, Swarm& swarm, Case& the_case) {
 }  // namespace
 
 void declare_swarm(Keys& keys, Case& the_case) {
-  if (!keys.when(keys.reads("swarm"))) return;
+  if (!keys.when(keys.has("swarm"))) return;
   Swarm swarm;
   keys.section("swarm",
                "Copies of a swimmer: beside the entries of swimmers and around all other bodies. The resolved case "
                "lists them as swimmers, TEMPLATE_1 to TEMPLATE_N.",
                [&](Keys& section) {
                  declare(section, swarm, the_case);
-                 if (section.reader() != nullptr) place(*section.reader(), swarm, the_case);
+                 if (section.reads()) place(section, swarm, the_case);
                });
 }
 

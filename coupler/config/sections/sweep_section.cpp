@@ -45,14 +45,13 @@ void declare(Keys& keys, SweptRange& range) {
               "Constant differences (linear) or constant ratios (logarithmic) between values; plots follow.");
 }
 
-void read_range(Reader range, SweptKey& parameter, const Origin& origin) {
+void read_range(Keys range, SweptKey& parameter, const Origin& origin) {
   SweptRange written;
-  Keys keys = Keys::reading(range);
-  declare(keys, written);
+  declare(range, written);
   const auto& [from, to, count, scale] = written;
   parameter.scale = scale;
   for (const char* key : {"from", "to", "count", "scale"})
-    if (range.problems().any_under(range.path_of(key))) return;
+    if (range.has_errors(key)) return;
   if (count < 2 || count > static_cast<std::int64_t>(most_members)) {
     range.reject("count", "is " + std::to_string(count) + " (a range has 2 to " + std::to_string(most_members) +
                               " values, ends included). Write a list for a single value.");
@@ -67,22 +66,23 @@ void read_range(Reader range, SweptKey& parameter, const Origin& origin) {
   }
 }
 
-SweptKey read_parameter(Reader& parameters, const Value::Entry& entry) {
+SweptKey read_parameter(Keys& section, const Value::Entry& entry) {
   SweptKey parameter{entry.key, SweepScale::linear, {}};
+  const std::string key = "parameters." + entry.key;
   if (entry.value.kind == Value::Kind::mapping) {
-    read_range(parameters.section(entry.key), parameter, entry.key_origin);
+    read_range(Keys(&entry.value, section.path_of(key), section.problems()), parameter, entry.key_origin);
   } else if (entry.value.kind != Value::Kind::sequence) {
-    parameters.reject(
-        entry.key, "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: 3}.");
+    section.reject(key,
+                   "is not a list (a swept key takes several values). Write [1, 2, 3] or {from: 1, to: 3, count: 3}.");
   } else if (entry.value.items.empty()) {
-    parameters.reject(entry.key, "has no values (there is nothing to run). List them: [1.0e-6, 2.0e-6].");
+    section.reject(key, "has no values (there is nothing to run). List them: [1.0e-6, 2.0e-6].");
   } else {
     parameter.values = entry.value.items;
   }
   return parameter;
 }
 
-void check_lengths(const Sweep& sweep, Reader& section) {
+void check_lengths(const Sweep& sweep, Keys& section) {
   const SweptKey& first = sweep.parameters.front();
   for (const SweptKey& other : sweep.parameters) {
     if (other.values.size() == first.values.size()) continue;
@@ -93,7 +93,7 @@ void check_lengths(const Sweep& sweep, Reader& section) {
   }
 }
 
-void check_number_of_members(const Sweep& sweep, Reader& section) {
+void check_number_of_members(const Sweep& sweep, Keys& section) {
   double members = 1.0;
   std::vector<std::string> factors;
   for (const SweptKey& parameter : sweep.parameters) {
@@ -106,7 +106,7 @@ void check_number_of_members(const Sweep& sweep, Reader& section) {
                                            members, listed(factors, " × "), most_members));
 }
 
-void check_twins(const Sweep& sweep, Reader& section) {
+void check_twins(const Sweep& sweep, Keys& section) {
   std::set<std::string> known;
   for (std::size_t member = 0; member < member_count(sweep); ++member) {
     if (known.insert(member_text(sweep, member)).second) continue;
@@ -137,18 +137,13 @@ void declare(Keys& keys, Sweep& sweep) {
   keys.choice(
       "combine", sweep.combination, combination_names,
       "grid: every combination of the values; zip: the first values of all keys, then the second ones, and so on.");
-  if (keys.reader() == nullptr) return;
-  Reader& section = *keys.reader();
-  Reader parameters = section.section("parameters");
-  parameters.accept_all();
-  if (const Value* mapping = section.raw("parameters"); mapping != nullptr)
-    for (const Value::Entry& entry : mapping->entries) sweep.parameters.push_back(read_parameter(parameters, entry));
+  if (const Value* parameters = keys.mapping("parameters"))
+    for (const Value::Entry& entry : parameters->entries) sweep.parameters.push_back(read_parameter(keys, entry));
 }
 
-Sweep read_section(Reader section) {
+Sweep read_section(Keys section) {
   Sweep sweep;
-  Keys keys = Keys::reading(section);
-  declare(keys, sweep);
+  declare(section, sweep);
   if (section.problems().any()) return sweep;
   if (sweep.parameters.empty()) {
     section.reject("parameters",
@@ -233,7 +228,7 @@ std::optional<Sweep> read_sweep(const Document& document) {
   if (value == nullptr || value->kind == Value::Kind::null) return {};
   refuse_single_key(document, *value);
   Problems problems(document);
-  Sweep sweep = read_section(Reader(value, "sweep", problems));
+  Sweep sweep = read_section(Keys(value, "sweep", problems));
   problems.throw_if_any();
   return sweep;
 }

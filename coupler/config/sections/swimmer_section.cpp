@@ -16,15 +16,15 @@ using nlohmann::ordered_json;
 
 /// The swimmer's frame in the world: its quaternion, or the shortest rotation of its z axis to `axis`.
 void declare_frame(Keys& keys, Eigen::Vector4d& orientation_wxyz) {
-  if (keys.when(keys.reads("axis"))) {
+  if (keys.when(keys.has("axis"))) {
     Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
     declare_direction(keys, "axis", axis,
                       "World direction of the swimmer's own z axis, reached by the shortest rotation; it is "
                       "normalised. The shorthand and chains lie along it.");
     orientation_wxyz = rotation_from_z(axis);
-    keys.reject_if(keys.reads("orientation_wxyz"), "orientation_wxyz",
+    keys.reject_if(keys.has("orientation_wxyz"), "orientation_wxyz",
                    "is given together with axis (both turn the swimmer). Remove one.");
-    if (keys.reader() != nullptr) return;
+    if (keys.reads()) return;
   }
   declare_orientation(keys, orientation_wxyz,
                       "Orientation of the swimmer's frame at the start: unit quaternion, instead of axis.");
@@ -44,7 +44,7 @@ constexpr const char* beads_description =
 void declare_bead(Keys& keys, Bead& bead) {
   keys.name(keys.needed("name"), bead.name, "Name of the bead, where there are arms; its body is NAME.BEAD.");
   declare(keys, bead.shape);
-  declare_mass(keys, bead.shape, bead.mass_kg, bead.inhomogeneity);
+  declare_mass(keys, bead);
   keys.numbers({"position_m", Need::in_some_cases}, bead.position_m,
                "Centre in the swimmer's frame [m]; of all beads or of none.");
   declare_orientation(
@@ -55,38 +55,34 @@ void declare_bead(Keys& keys, Bead& bead) {
 /// Declares the swimmer's beads; true if they have places, false if their arms place them.
 bool declare_beads(Keys& keys, Swimmer& swimmer) {
   keys.list(required("beads"), swimmer.beads, beads_description, declare_bead);
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return true;
+  if (!keys.reads()) return true;
   const std::size_t count = swimmer.beads.size();
   std::size_t placed = 0;
   for (std::size_t i = 0; i < count; ++i)
-    if (reader->raw("beads")->items[i].find("position_m") != nullptr) ++placed;
+    if (keys.raw("beads")->items[i].find("position_m") != nullptr) ++placed;
   std::set<std::string> names;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string& name = swimmer.beads[i].name;
     if (!name.empty() && !names.insert(name).second)
-      reader->problems().error(reader->path_of("beads") + "." + std::to_string(i),
-                               "two beads of " + swimmer.name + " are called '" + name +
-                                   "' (arms, springs and results need one each). Rename one of them.");
+      keys.problems().error(keys.path_of("beads") + "." + std::to_string(i),
+                            "two beads of " + swimmer.name + " are called '" + name +
+                                "' (arms, springs and results need one each). Rename one of them.");
   }
-  if (count == 0) {
-    reader->reject("beads", "is empty (arms join beads). List them by name.");
-  } else if (placed != 0 && placed != count) {
-    reader->reject("beads",
-                   "have position_m only in part (either all have one, or the beads form a chain). Give all or none.");
-  }
+  keys.reject_if(count == 0, "beads", "is empty (arms join beads). List them by name.");
+  keys.reject_if(placed != 0 && placed != count, "beads",
+                 "have position_m only in part (either all have one, or the beads form a chain). Give all or none.");
   return placed == count;
 }
 
 /// The number of a bead by its name; reports one that is not there.
-int number_of_bead(Reader& reader, const Swimmer& swimmer, const std::string& name) {
+int number_of_bead(Keys& keys, const Swimmer& swimmer, const std::string& name) {
   const auto found = std::ranges::find(swimmer.beads, name, &Bead::name);
   if (found != swimmer.beads.end()) return static_cast<int>(found - swimmer.beads.begin());
   if (name.empty()) return 0;  // reported when it was read
   std::set<std::string> known;
   for (const Bead& bead : swimmer.beads) known.insert(bead.name);
-  reader.reject("beads", "names the bead '" + name + "' (" + swimmer.name +
-                             " has none of this name). Known: " + listed({known.begin(), known.end()}) + ".");
+  keys.reject("beads", "names the bead '" + name + "' (" + swimmer.name +
+                           " has none of this name). Known: " + listed({known.begin(), known.end()}) + ".");
   return 0;
 }
 
@@ -97,13 +93,12 @@ void declare_beads_of(Keys& keys, const Swimmer& swimmer, const std::vector<int*
   if (keys.resolved() != nullptr)
     for (const int* number : numbers) names.push_back(swimmer.beads[*number].name);
   declare_names(keys, required("beads"), names, numbers.size(), remedy, description);
-  Reader* reader = keys.reader();
-  if (reader == nullptr) return;
+  if (!keys.reads()) return;
   std::set<std::string> seen;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    *numbers[i] = number_of_bead(*reader, swimmer, names[i]);
+    *numbers[i] = number_of_bead(keys, swimmer, names[i]);
     if (!names[i].empty() && !seen.insert(names[i]).second)
-      reader->reject("beads", "names the bead '" + names[i] + "' twice (" + remedy);
+      keys.reject("beads", "names the bead '" + names[i] + "' twice (" + remedy);
   }
 }
 
@@ -112,14 +107,14 @@ void declare_beads_of(Keys& keys, const Swimmer& swimmer, const std::vector<int*
 void declare_spring(Keys& keys, Arm& arm, double mass_kg) {
   keys.number(required("stiffness_N_per_m"), arm.stiffness_N_per_m, Range::positive, "Stiffness k.");
   keys.number("damping_N_s_per_m", arm.damping_N_s_per_m, Range::not_negative, "Damping γ.");
-  keys.describe(
-      "damping_ratio", schema_of_number(Range::not_negative),
+  std::optional<double> ratio;
+  keys.number(
+      "damping_ratio", ratio, Range::not_negative,
       "Damping ratio D = γ / (2 √(m k)) instead of γ; for beads of different mass m is twice the reduced mass.");
-  if (!keys.reads("damping_ratio")) return;
-  const double ratio = keys.reader()->number("damping_ratio", Range::not_negative, 0.0);
-  keys.reject_if(keys.reads("damping_N_s_per_m"), "damping_ratio",
+  if (!ratio) return;
+  keys.reject_if(keys.has("damping_N_s_per_m"), "damping_ratio",
                  "is given together with damping_N_s_per_m (one follows from the other). Remove one.");
-  arm.damping_N_s_per_m = 2.0 * ratio * std::sqrt(mass_kg * arm.stiffness_N_per_m);
+  arm.damping_N_s_per_m = 2.0 * *ratio * std::sqrt(mass_kg * arm.stiffness_N_per_m);
 }
 
 /// What the free length of an arm's spring is given as.
@@ -168,7 +163,7 @@ double rest_length_m(const RestLength& rest, const Bead& A, const Bead& B) {
 
 /// Puts beads without places in a row along z, from the rest lengths of the arms between neighbours; the origin is
 /// the middle bead, or half-way between the two in the middle.
-void place_chain(Reader& swimmer, Swimmer& result, const std::vector<RestLength>& rests) {
+void place_chain(Keys& keys, Swimmer& result, const std::vector<RestLength>& rests) {
   std::vector<Bead>& beads = result.beads;
   for (std::size_t i = 0; i + 1 < beads.size(); ++i) {
     const auto joins = [&](const Arm& arm) {
@@ -178,9 +173,9 @@ void place_chain(Reader& swimmer, Swimmer& result, const std::vector<RestLength>
     const RestLength rest =
         arm == result.arms.end() ? RestLength{} : rests[static_cast<std::size_t>(arm - result.arms.begin())];
     if (!rest.gap_m && !rest.length_m) {
-      swimmer.reject("beads", "have no position_m, and no arm with a rest_gap_m joins '" + beads[i].name + "' to '" +
-                                  beads[i + 1].name +
-                                  "' (a chain follows from its arms). Give the arm, or the places of all beads.");
+      keys.reject("beads", "have no position_m, and no arm with a rest_gap_m joins '" + beads[i].name + "' to '" +
+                               beads[i + 1].name +
+                               "' (a chain follows from its arms). Give the arm, or the places of all beads.");
       return;
     }
     beads[i + 1].position_m.z() = beads[i].position_m.z() + rest_length_m(rest, beads[i], beads[i + 1]);
@@ -192,9 +187,8 @@ void place_chain(Reader& swimmer, Swimmer& result, const std::vector<RestLength>
 /// A swimmer of any shape.
 void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
   const bool placed = declare_beads(keys, swimmer);
-  Reader* reader = keys.reader();
   if (swimmer.beads.empty()) {
-    for (const char* key : {"arms", "bends"}) (void)reader->raw(key);
+    for (const char* key : {"arms", "bends"}) static_cast<void>(keys.raw(key));
     return;
   }
   std::vector<RestLength> rests;
@@ -203,8 +197,8 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
     rests.resize(swimmer.arms.size());
     declare_arm(below, arm, swimmer, step_s, rests[static_cast<std::size_t>(&arm - swimmer.arms.data())]);
   });
-  if (reader != nullptr) {
-    if (!placed && !reader->problems().any_under(reader->path_of("arms"))) place_chain(*reader, swimmer, rests);
+  if (keys.reads()) {
+    if (!placed && !keys.has_errors("arms")) place_chain(keys, swimmer, rests);
     for (std::size_t i = 0; i < swimmer.arms.size(); ++i) {
       Arm& arm = swimmer.arms[i];
       arm.rest_length_m = rest_length_m(rests[i], swimmer.beads[arm.body_A], swimmer.beads[arm.body_B]);
@@ -230,7 +224,7 @@ void declare_bead_of_row(Keys& keys, Bead& bead) {
   keys.choice(
       is_capsule ? keys.needed("orientation") : Key("orientation"), orientation, orientation_names,
       "Of a capsule of the shorthand: along the swimmer's z axis (parallel) or along its x axis (perpendicular).");
-  if (keys.reader() != nullptr && is_capsule && orientation == BeadOrientation::perpendicular)
+  if (keys.reads() && is_capsule && orientation == BeadOrientation::perpendicular)
     bead.orientation_wxyz = rotation_from_z(Eigen::Vector3d::UnitX());
 }
 
@@ -242,10 +236,8 @@ void declare(Keys& keys, Stroke& stroke) {
                "Delay φ of the leading bead in steps.");
   keys.integer(required("cycles"), stroke.cycles, Range::positive, "Number of periods.");
   constexpr std::int64_t most_steps = 1'000'000'000'000;
-  Reader* reader = keys.reader();
-  if (reader == nullptr || stroke.period_steps <= 0 || stroke.cycles <= most_steps / stroke.period_steps) return;
-  reader->reject("cycles",
-                 "is " + std::to_string(stroke.cycles) + " (more steps than can be counted). Use fewer cycles.");
+  if (stroke.period_steps <= 0 || stroke.cycles <= most_steps / stroke.period_steps) return;
+  keys.reject("cycles", "is " + std::to_string(stroke.cycles) + " (more steps than can be counted). Use fewer cycles.");
   stroke.cycles = 1;
 }
 
@@ -266,18 +258,17 @@ Drive drive_of(const Stroke& stroke, std::int64_t lag_steps) {
 constexpr std::array bead_names{"B2", "B1", "B3"};
 
 void declare_row(Keys& keys, Swimmer& swimmer) {
-  Reader* reader = keys.reader();
-  const std::size_t beads = reader != nullptr ? reader->size("beads") : bead_names.size();
+  const std::size_t beads = keys.reads() ? keys.size("beads") : bead_names.size();
   if (beads == bead_names.size())
     keys.list(required("beads"), swimmer.beads, beads_description, declare_bead_of_row);
   else
-    reader->reject(
+    keys.reject(
         "beads",
         "has " + std::to_string(beads) +
             " entries (a swimmer without arms has three). List trailing, middle and leading bead, or give arms.");
   swimmer.beads.resize(bead_names.size());
   keys.number(keys.needed("bead_mass_kg"), swimmer.beads[0].mass_kg, Range::positive, "Shorthand: mass of each bead.");
-  if (reader == nullptr) return;
+  if (!keys.reads()) return;
   for (std::size_t i = 0; i < bead_names.size(); ++i) {
     swimmer.beads[i].name = bead_names[i];
     swimmer.beads[i].mass_kg = swimmer.beads[0].mass_kg;
@@ -314,7 +305,7 @@ void declare_three_beads(Keys& keys, Swimmer& swimmer) {
                "Shorthand: driving: −a sin(2πt/T) on the trailing bead, a sin(2π(t−φ)/T) on the leading one from t = "
                "φ, the negative sum on the middle one; each for `cycles` periods.",
                [&](Keys& stroke) { declare(stroke, swimmer.three_beads->stroke); });
-  if (keys.reader() != nullptr) place_in_a_row(swimmer, arm);
+  if (keys.reads()) place_in_a_row(swimmer, arm);
 }
 
 constexpr std::array figures_of_swimmer{
@@ -337,7 +328,7 @@ void declare_figures(Keys& keys, std::span<const DescribedKey> known, const std:
     std::optional<double> value;
     if (found != figures.end()) value = found->second;
     keys.number(figure.name, value, Range::any, figure.description);
-    if (keys.reader() != nullptr && value) figures.emplace_back(prefix + figure.name, *value);
+    if (keys.reads() && value) figures.emplace_back(prefix + figure.name, *value);
   }
 }
 
@@ -352,16 +343,15 @@ void declare(Keys& keys, PublishedFigures& figures) {
 }
 
 void declare_phase(Keys& keys, double& phase_deg) {
-  if (keys.reads("phase_rad")) {
-    keys.reject_if(keys.reads("phase_deg"), "phase_deg",
-                   "is given together with phase_rad (both set the same). Remove one.");
-    phase_deg = keys.reader()->number("phase_rad", Range::any) * (180.0 / std::numbers::pi);
-    return;
-  }
   keys.number("phase_deg", phase_deg, Range::any,
               "Phase of the swimmer in degrees: every signal with a period runs late by that part of it, its start and "
               "stop included.");
-  keys.describe("phase_rad", schema_of_number(Range::any), "The same in radians.");
+  std::optional<double> phase_rad;
+  keys.number("phase_rad", phase_rad, Range::any, "The same in radians.");
+  if (!phase_rad) return;
+  keys.reject_if(keys.has("phase_deg"), "phase_deg",
+                 "is given together with phase_rad (both set the same). Remove one.");
+  phase_deg = *phase_rad * (180.0 / std::numbers::pi);
 }
 
 }  // namespace
@@ -377,8 +367,7 @@ void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center) {
                  "chain its middle.");
   declare_frame(keys, swimmer.orientation_wxyz);
   declare_phase(keys, swimmer.phase_deg);
-  Reader* reader = keys.reader();
-  const bool is_general = reader != nullptr ? reader->has("arms") : !swimmer.three_beads;
+  const bool is_general = keys.reads() ? keys.has("arms") : !swimmer.three_beads;
   if (keys.when(is_general)) declare_general(keys, swimmer, step_s);
   if (keys.when(!is_general)) declare_three_beads(keys, swimmer);
   keys.describe_also(

@@ -69,59 +69,59 @@ std::string visible(std::string_view text) {
 /// Reads one file line by line, and reports the first line that cannot be used.
 class CsvReading {
  public:
-  CsvReading(Reader& reader, const std::string& key, const std::vector<std::string>& required,
+  CsvReading(Keys& keys, const std::string& key, const std::vector<std::string>& required,
              const std::vector<std::string>& optional, CsvHeader header)
-      : reader_(reader), key_(key), required_(required), optional_(optional), header_(header) {}
+      : keys_(keys), key_(key), required_(required), optional_(optional), header_(header) {}
 
   std::optional<CsvRows> read() {
-    rows_.path = file_beside_case(reader_, key_);
-    if (reader_.problems().any_under(reader_.path_of(key_))) return {};
+    rows_.path = file_beside_case(keys_, key_);
+    if (keys_.problems().any_under(keys_.path_of(key_))) return {};
     std::ifstream stream(rows_.path);
     if (!stream || !std::filesystem::is_regular_file(rows_.path)) {
-      reader_.reject(key_, "is '" + reader_.text(key_) + "' (" + rows_.path.string() +
-                               " cannot be read). Give the path of a CSV file, relative to the case file.");
+      keys_.reject(key_, "is '" + keys_.raw(key_)->text + "' (" + rows_.path.string() +
+                             " cannot be read). Give the path of a CSV file, relative to the case file.");
       return {};
     }
-    for (std::string line; std::getline(stream, line);) {
-      ++number_;
-      if (!take_line(number_ == 1 && line.starts_with(byte_order_mark) ? line.substr(byte_order_mark.size()) : line))
-        return {};
+    try {
+      for (std::string line; std::getline(stream, line);) {
+        ++number_;
+        take_line(number_ == 1 && line.starts_with(byte_order_mark) ? line.substr(byte_order_mark.size()) : line);
+      }
+    } catch (const CaseError& problem) {
+      keys_.problems().error_at({rows_.path.string(), number_}, keys_.path_of(key_), problem.what());
+      return {};
     }
     if (!rows_.values.empty()) return std::move(rows_);
     const std::string header = header_ == CsvHeader::required ? "a line " + listed(required_, ",") + " and " : "";
-    reader_.reject(key_, "has no rows (" + rows_.path.string() + "). Write " + header + "a row of numbers for each " +
-                             required_.front() + ".");
+    keys_.reject(key_, "has no rows (" + rows_.path.string() + "). Write " + header + "a row of numbers for each " +
+                           required_.front() + ".");
     return {};
   }
 
  private:
-  bool report(const std::string& problem) {
-    reader_.problems().error_at({rows_.path.string(), number_}, reader_.path_of(key_), problem);
-    return false;
-  }
-
-  bool take_line(std::string_view line) {
+  /// @throws CaseError with what is wrong in the line
+  void take_line(std::string_view line) {
     if (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF") || line.find('\0') != std::string_view::npos)
-      return report(
+      throw CaseError(
           "this is not a table of plain text (the file was saved as UTF-16, or is not text). Save it as CSV in UTF-8.");
     line = trimmed(line);
-    if (line.empty() || line.front() == '#') return true;
+    if (line.empty() || line.front() == '#') return;
     if (places_.empty()) separator_ = separator_in(line);
     const auto fields = fields_of(line, separator_);
-    if (!fields) return report("a quote is not closed (each field begins and ends on one line). Close it.");
+    if (!fields) throw CaseError("a quote is not closed (each field begins and ends on one line). Close it.");
     if (!places_.empty()) return take_row(*fields);
     if (header_ == CsvHeader::required || is_header_of_own_order(*fields)) return take_header(*fields);
     for (std::size_t i = 0; i < required_.size(); ++i) places_.push_back(i);
     const bool has_numbers =
         std::ranges::any_of(*fields, [](const auto& field) { return finite_number_in(field).has_value(); });
-    return has_numbers || fields->size() != required_.size() ? take_row(*fields) : true;
+    if (has_numbers || fields->size() != required_.size()) take_row(*fields);
   }
 
   [[nodiscard]] bool is_header_of_own_order(const std::vector<std::string>& names) const {
     return std::ranges::all_of(required_, [&](const auto& name) { return std::ranges::count(names, name) == 1; });
   }
 
-  bool take_header(const std::vector<std::string>& names) {
+  void take_header(const std::vector<std::string>& names) {
     const std::string columns =
         listed(required_, ",") + (optional_.empty() ? "" : " or with " + listed(optional_, ",") + " too");
     std::vector<std::string> wanted = required_;
@@ -130,39 +130,37 @@ class CsvReading {
     if (rows_.has_optional) wanted.insert(wanted.end(), optional_.begin(), optional_.end());
     for (const std::string& name : names) {
       if (std::ranges::find(wanted, name) == wanted.end())
-        return report("column '" + visible(name) + "' is unknown (the first line names the columns). Write " + columns +
-                      ".");
+        throw CaseError("column '" + visible(name) + "' is unknown (the first line names the columns). Write " +
+                        columns + ".");
       if (std::ranges::count(names, name) > 1)
-        return report("column '" + name + "' is there twice (which one counts?). Remove one.");
+        throw CaseError("column '" + name + "' is there twice (which one counts?). Remove one.");
     }
     for (const std::string& name : wanted) {
       if (!is_there(name))
-        return report("column '" + name + "' is missing (the first line names the columns). Write " + columns + ".");
+        throw CaseError("column '" + name + "' is missing (the first line names the columns). Write " + columns + ".");
       places_.push_back(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
     }
-    return true;
   }
 
-  bool take_row(const std::vector<std::string>& fields) {
+  void take_row(const std::vector<std::string>& fields) {
     if (fields.size() != places_.size())
-      return report("the row has " + std::to_string(fields.size()) + " entries (there are " +
-                    std::to_string(places_.size()) + " columns). Give one number for each.");
+      throw CaseError("the row has " + std::to_string(fields.size()) + " entries (there are " +
+                      std::to_string(places_.size()) + " columns). Give one number for each.");
     std::vector<double> values;
     for (const std::size_t place : places_) {
       const std::optional<double> value = finite_number_in(fields[place]);
       const bool has_comma = fields[place].find(',') != std::string::npos;
       if (!value)
-        return report("'" + visible(fields[place]) + "' is not a finite number (" +
-                      (has_comma ? "the decimal sign is a point" : "a row holds numbers only") +
-                      "). Write it like 1.0e-6.");
+        throw CaseError("'" + visible(fields[place]) + "' is not a finite number (" +
+                        (has_comma ? "the decimal sign is a point" : "a row holds numbers only") +
+                        "). Write it like 1.0e-6.");
       values.push_back(*value);
     }
     rows_.values.push_back(std::move(values));
     rows_.lines.push_back(number_);
-    return true;
   }
 
-  Reader& reader_;
+  Keys& keys_;
   const std::string& key_;
   const std::vector<std::string>& required_;
   const std::vector<std::string>& optional_;
@@ -175,16 +173,17 @@ class CsvReading {
 
 }  // namespace
 
-std::filesystem::path file_beside_case(Reader& reader, const std::string& key) {
-  const std::filesystem::path name = reader.text(key);
-  const Origin& origin = reader.raw(key)->origin;
+std::filesystem::path file_beside_case(Keys& keys, const std::string& key) {
+  std::string name;
+  keys.text(key.c_str(), name, "");
+  const Origin& origin = keys.raw(key)->origin;
   const auto folder = origin.line > 0 ? std::filesystem::path(origin.source).parent_path() : std::filesystem::path();
   return (folder / name).lexically_normal();
 }
 
-std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
+std::optional<CsvRows> read_csv_rows(Keys& keys, const std::string& key, const std::vector<std::string>& required,
                                      const std::vector<std::string>& optional, CsvHeader header) {
-  return CsvReading(reader, key, required, optional, header).read();
+  return CsvReading(keys, key, required, optional, header).read();
 }
 
 }  // namespace copepod::coupler

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "config/yaml/reader.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 
@@ -22,14 +22,14 @@ struct CsvRows {
 };
 
 /// The file that a key names: where a case file names it, a relative path starts in the folder of that file.
-std::filesystem::path file_beside_case(Reader& reader, const std::string& key);
+std::filesystem::path file_beside_case(Keys& keys, const std::string& key);
 
 /// Reads the file that a key names as spreadsheets write it: fields between commas, semicolons or tabs, with or without
 /// quotes and byte-order mark; blank lines and those that start with # are left out. What cannot be used is reported
 /// with its line.
 /// @param required  columns in any order
 /// @param optional  columns of which all are there or none
-std::optional<CsvRows> read_csv_rows(Reader& reader, const std::string& key, const std::vector<std::string>& required,
+std::optional<CsvRows> read_csv_rows(Keys& keys, const std::string& key, const std::vector<std::string>& required,
                                      const std::vector<std::string>& optional = {},
                                      CsvHeader header = CsvHeader::required);
 

@@ -3,7 +3,7 @@
 #include <set>
 #include <string_view>
 
-#include "config/yaml/reader.hpp"
+#include "config/yaml/keys.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

@@ -4,18 +4,20 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 
-#include "config/yaml/reader.hpp"
+#include "config/yaml/document.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {
+
+enum class Range { any, positive, not_negative };
 
 /// When a case must have a key. Where it need not, a default applies.
 enum class Need {
@@ -35,12 +37,20 @@ inline Key required(const char* name) { return {name, Need::always}; }
 
 /// A section of the case in which each key is declared once: its name, what it holds, the values that it may have, and
 /// what it means. The same calls read the case, write it with every default spelled out (the resolved case), and
-/// describe it as JSON schema. A field's value before its key is read is the default.
+/// describe it as JSON schema. A field's value before its key is read is the default, which it keeps where the key is
+/// absent or, once that is reported, cannot be used: reading continues and finds every error.
 class Keys {
  public:
   using Declare = std::function<void(Keys&)>;
 
-  static Keys reading(Reader& reader) { return {&reader, nullptr, nullptr}; }
+  /// Reads a mapping of the case. Every key that is asked for is known; any other one is an error, reported when this
+  /// goes out of scope.
+  /// @param mapping  nullptr stands for an empty section
+  /// @param path     key path of the section, "" for the top
+  Keys(const Value* mapping, std::string path, Problems& problems);
+  Keys(const Keys&) = delete;
+  Keys& operator=(const Keys&) = delete;
+  ~Keys();
   static nlohmann::ordered_json written(const Declare& declare);    ///< a section of the resolved case
   static nlohmann::ordered_json described(const Declare& declare);  ///< schema of a section
 
@@ -53,10 +63,13 @@ class Keys {
   void numbers(const Key& key, Eigen::Ref<Eigen::VectorXd> values, const char* description);
   void integers(const Key& key, std::span<std::int64_t> values, Range range, const char* description);
   void text(const Key& key, std::string& value, const char* description);
-  void name(const Key& key, std::string& value, const char* description);  ///< see Reader::name
+  /// A text that may name files and be printed on a terminal.
+  void name(const Key& key, std::string& value, const char* description);
   void flag(const Key& key, bool& value, const char* description);
+  /// A list of texts, or one text.
   /// @param count  of the words; 0: any
   void words(const Key& key, std::vector<std::string>& values, std::size_t count, const char* description);
+  /// A list of texts, or one text that is split like a shell would.
   void command(const Key& key, std::vector<std::string>& words, const char* description);
   template <typename E, std::size_t N>
   void choice(const Key& key, E& value, const std::array<Choice<E>, N>& choices, const char* description) {
@@ -73,9 +86,8 @@ class Keys {
   template <typename E, std::size_t N>
   bool kind(E& value, const std::array<Choice<E>, N>& choices, const char* description) {
     choice(required("kind"), value, choices, description);
-    if (reader_ == nullptr || !reader_->problems().any_under(reader_->path_of("kind"))) return true;
-    reader_->accept_all();
-    return false;
+    accepts_all_ = has_errors("kind");
+    return !accepts_all_;
   }
 
   void section(const Key& key, const char* description, const Declare& declare);
@@ -83,7 +95,7 @@ class Keys {
   template <typename T>
   void section(const Key& key, std::optional<T>& value, const char* description,
                const std::function<void(Keys&, std::type_identity_t<T>&)>& declare) {
-    if (describes() || (reader_ != nullptr && reader_->has(key.name))) value.emplace();
+    if (when(has(key.name))) value.emplace();
     if (value) section(key, description, [&](Keys& below) { declare(below, *value); });
   }
   /// Another form of a key, beside the one that is declared already: a section.
@@ -106,16 +118,26 @@ class Keys {
   }
 
   // What a key of its own form does: each of the three where it is asked for.
-  [[nodiscard]] Reader* reader() const { return reader_; }                      ///< nullptr unless a case is read
+  [[nodiscard]] bool reads() const { return problems_ != nullptr; }
   [[nodiscard]] nlohmann::ordered_json* resolved() const { return resolved_; }  ///< nullptr unless one is written
   [[nodiscard]] bool describes() const { return schema_ != nullptr; }
-  [[nodiscard]] bool reads(const char* key) const { return reader_ != nullptr && reader_->has(key); }
-  /// Reports that a key which is read cannot be used, if `is_wrong`.
-  /// @param problem  as for Reader::reject
+  /// Whether a key is given, where a case is read.
+  [[nodiscard]] bool has(const std::string& key) { return raw(key) != nullptr; }
+  /// The raw value of a key, nullptr if absent.
+  const Value* raw(const std::string& key);
+  [[nodiscard]] std::size_t size(const std::string& key);  ///< of a list; 0 if absent
+  /// Reports that the value of a key which is read cannot be used.
+  /// @param problem  "is 3 (why). What to do.": what follows the key's path in the message
+  void reject(const std::string& key, const std::string& problem) { reject_if(true, key, problem); }
   void reject_if(bool is_wrong, const std::string& key, const std::string& problem) {
-    if (reader_ != nullptr && is_wrong) reader_->reject(key, problem);
+    if (reads() && is_wrong) problems_->reject(path_of(key), problem);
   }
-  void write(const char* key, const nlohmann::ordered_json& value) {
+  [[nodiscard]] bool has_errors(const std::string& key) const { return reads() && problems_->any_under(path_of(key)); }
+  /// A section whose keys the user invents; nullptr if it is absent, or another value, which is reported.
+  const Value* mapping(const std::string& key);
+  [[nodiscard]] std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+  [[nodiscard]] Problems& problems() { return *problems_; }  ///< where a case is read
+  void write(const std::string& key, const auto& value) {
     if (resolved_ != nullptr) (*resolved_)[key] = value;
   }
   void describe(const Key& key, const nlohmann::ordered_json& form, const char* description);
@@ -124,20 +146,28 @@ class Keys {
   void describe_also(const nlohmann::ordered_json& more);
 
  private:
-  Keys(Reader* reader, nlohmann::ordered_json* resolved, nlohmann::ordered_json* schema)
-      : reader_(reader), resolved_(resolved), schema_(schema) {}
+  Keys(nlohmann::ordered_json* resolved, nlohmann::ordered_json* schema) : resolved_(resolved), schema_(schema) {}
+  const Value* wanted(const Key& key);
+  std::optional<double> parse_number(const std::string& path, const Value& value, Range range);
+  std::optional<std::int64_t> parse_integer(const std::string& path, const Value& value, Range range);
+  void read_list(const Key& key, const auto& parse, auto& numbers);
+  void record(const Key& key, const auto& value, const auto& form, const char* description);
   /// @return the place of what is chosen among the names
   std::size_t choose(const Key& key, std::size_t place, std::span<const char* const> names, const char* description);
   void items(const Key& key, std::size_t count, const char* description,
              const std::function<void(Keys&, std::size_t)>& declare);
   /// Of a list that is read; 1 where it is described.
-  [[nodiscard]] std::size_t size_of(const Key& key, std::size_t known) const {
-    return reader_ != nullptr ? reader_->size(key.name) : std::max<std::size_t>(known, 1);
+  [[nodiscard]] std::size_t size_of(const Key& key, std::size_t known) {
+    return reads() ? size(key.name) : std::max<std::size_t>(known, 1);
   }
 
-  Reader* reader_;
-  nlohmann::ordered_json* resolved_;
-  nlohmann::ordered_json* schema_;
+  const Value* mapping_ = nullptr;
+  std::string path_;
+  Problems* problems_ = nullptr;
+  std::set<std::string> known_;
+  bool accepts_all_ = false;
+  nlohmann::ordered_json* resolved_ = nullptr;
+  nlohmann::ordered_json* schema_ = nullptr;
 };
 
 // Forms of values in a JSON schema.
@@ -146,5 +176,17 @@ nlohmann::ordered_json schema_of_integer(Range range);
 nlohmann::ordered_json schema_of_list(nlohmann::ordered_json item, std::size_t count);  ///< 0: any number of items
 /// Of a whole file, a "case" or a "campaign".
 nlohmann::ordered_json schema_of_file(const std::string& kind, const char* description, const Keys::Declare& declare);
+
+/// What a user may have meant by a key that a section does not have: the same quantity in another unit or spelling, or
+/// by another of its names; or a key of another section.
+/// @param known      keys of the section
+/// @param elsewhere  paths of all keys, as in docs/case_keys.md
+/// @return "Did you mean …?", "It is a key of …." or "Known here: …."
+std::string hint_for(const std::string& key, const std::vector<std::string>& known,
+                     const std::vector<std::string>& elsewhere);
+
+/// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
+/// @throws CaseError if a quote is not closed
+std::vector<std::string> split_command(const std::string& command);
 
 }  // namespace copepod::coupler

@@ -11,7 +11,10 @@ namespace {
 constexpr double cell_m = 1e-6;
 constexpr double paper_step_s = 7.54831e-10;
 Bead bead(ShapeKind kind, double radius_cells, double length_cells, const Eigen::Vector4d& orientation_wxyz) {
-  return {"", {kind, radius_cells * cell_m, length_cells * cell_m}, 1.0, {0, 0, 0}, orientation_wxyz};
+  Bead made;
+  made.shape = {kind, radius_cells * cell_m, length_cells * cell_m};
+  made.orientation_wxyz = orientation_wxyz;
+  return made;
 }
 const Bead small_sphere = bead(ShapeKind::sphere, 4, 0, {1, 0, 0, 0});
 const Bead big_sphere = bead(ShapeKind::sphere, 8, 0, {1, 0, 0, 0});

@@ -2,7 +2,7 @@
 
 #include <csignal>
 
-#include "config/yaml/reader.hpp"
+#include "config/yaml/keys.hpp"
 #include "conversion/codec.hpp"
 #include "run/program_fixture.hpp"
 

@@ -132,8 +132,7 @@ Case with_swimmer(const std::string& axis, const std::string& orientations) {
   Problems problems(document);
   Case the_case;
   {
-    Reader reader(&document.root(), "", problems);
-    Keys keys = Keys::reading(reader);
+    Keys keys(&document.root(), "", problems);
     declare(keys, the_case.swimmers.emplace_back(), 1.0, true);
   }
   problems.throw_if_any();

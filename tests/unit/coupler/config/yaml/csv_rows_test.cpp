@@ -15,8 +15,8 @@ class CsvRowsOfAFile : public testing::Test {
     std::ofstream(folder_.path("case.yaml")) << "file: places.csv\n";
     const Document document = Document::load(folder_.path("case.yaml"), {});
     Problems problems(document);
-    Reader reader(&document.root(), "", problems);
-    std::optional<CsvRows> rows = read_csv_rows(reader, "file", {"x", "y"}, {"u", "v"});
+    Keys keys(&document.root(), "", problems);
+    std::optional<CsvRows> rows = read_csv_rows(keys, "file", {"x", "y"}, {"u", "v"});
     problem_.clear();
     try {
       problems.throw_if_any();
@@ -68,8 +68,8 @@ TEST_F(CsvRowsOfAFile, ReportWhatCannotBeUsedWithItsLine) {
 TEST(CsvRows, OfAFileThatIsNotThere) {
   const Document document = Document::parse("file: nowhere.csv\n", "case.yaml", {});
   Problems problems(document);
-  Reader reader(&document.root(), "", problems);
-  EXPECT_FALSE(read_csv_rows(reader, "file", {"x"}, {}));
+  Keys keys(&document.root(), "", problems);
+  EXPECT_FALSE(read_csv_rows(keys, "file", {"x"}, {}));
   EXPECT_TRUE(problems.any_under("file"));
 }
 

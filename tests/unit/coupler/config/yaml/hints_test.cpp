@@ -9,7 +9,7 @@
 
 #include "config/load_case.hpp"
 #include "config/sections/sections.hpp"
-#include "config/yaml/reader.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 namespace {
