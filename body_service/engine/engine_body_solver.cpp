@@ -86,14 +86,11 @@ void EngineBodySolver::save(const std::string& path) {
 void EngineBodySolver::restore(const std::string& path) {
   MotionState saved = as_motion_state(state_);
   std::vector<std::uint64_t> memory;
-  state_.step = read_state(path, layout_digest_, saved, progress_reporter(context_), &memory);
+  const std::int64_t step = read_state(path, layout_digest_, saved, progress_reporter(context_), &memory);
   if (memory.size() != world_->memory().size())
     throw StorageError("body state '" + path + "' is of other joints. Resume with the case file that wrote it.");
   world_->restore(memory);
-  state_.position_m = saved.position_m;
-  state_.orientation_wxyz = saved.orientation_wxyz;
-  state_.velocity_m_per_s = saved.velocity_m_per_s;
-  state_.angular_velocity_rad_per_s = saved.angular_momentum_N_m_s;
+  state_ = {step, saved.position_m, saved.orientation_wxyz, saved.velocity_m_per_s, saved.angular_momentum_N_m_s};
 }
 
 SolverSummary EngineBodySolver::summarise() {

@@ -52,16 +52,9 @@ void check(const BendSpecification& bend, std::size_t index, int bodies) {
 
 }  // namespace
 
-Springs::Springs(const BodySetup& setup) {
+Springs::Springs(const BodySetup& setup) : springs_(setup.springs) {
   for (const auto& body : setup.bodies) names_.push_back(body.name);
-  for (const auto& spring : setup.springs) {
-    check(spring, springs_.size(), static_cast<int>(setup.bodies.size()));
-    springs_.push_back(
-        {spring.body_A, spring.body_B, {spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m}});
-    if (spring.anchor_A_m.isZero(0.0) && spring.anchor_B_m.isZero(0.0)) continue;
-    springs_.back().anchors = static_cast<int>(anchors_.size());
-    anchors_.push_back({spring.anchor_A_m, spring.anchor_B_m});
-  }
+  for (std::size_t i = 0; i < springs_.size(); ++i) check(springs_[i], i, static_cast<int>(names_.size()));
 }
 
 void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
@@ -76,14 +69,14 @@ void Springs::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors&
       add_anchored(index, stage, force_N, torque_N_m);
       continue;
     }
-    const Spring& spring = springs_[index];
+    const SpringSpecification& spring = springs_[index];
     const double length_m = stage.lines.length_m[line];
     if (length_m == 0.0) fail(spring);
     const std::array<int, 2>& ends = block.lines[line];
     const auto [A, B] = ends;
     const std::array e{e_x[line], e_y[line], e_z[line]};
     const std::array ddot_AB_m_per_s{v[0][B] - v[0][A], v[1][B] - v[1][A], v[2][B] - v[2][A]};
-    pull_together(ends, tension_N(spring.law, length_m, e, ddot_AB_m_per_s), e, force);
+    pull_together(ends, tension_N(spring, length_m, e, ddot_AB_m_per_s), e, force);
   }
 }
 
@@ -100,22 +93,21 @@ void Springs::add_anchored(std::size_t index, const Stage& stage, BlockVectors& 
 
 Springs::Pull Springs::pull(std::size_t index, Eigen::Index first, const BlockState& state,
                             const BlockVectors& w) const {
-  const Spring& spring = springs_[index];
+  const SpringSpecification& spring = springs_[index];
   const Eigen::Index A = spring.body_A - first;
   const Eigen::Index B = spring.body_B - first;
   Pull pull;
-  const Anchors anchors = spring.anchors < 0 ? Anchors{} : anchors_[spring.anchors];
-  pull.r_A_W_m = rotation_matrix(state.orientation_wxyz.col(A)) * anchors.A_m;
-  pull.r_B_W_m = rotation_matrix(state.orientation_wxyz.col(B)) * anchors.B_m;
+  pull.r_A_W_m = rotation_matrix(state.orientation_wxyz.col(A)) * spring.anchor_A_m;
+  pull.r_B_W_m = rotation_matrix(state.orientation_wxyz.col(B)) * spring.anchor_B_m;
   pull.d_AB_W_m = (state.position_m.col(B) - state.position_m.col(A)) + (pull.r_B_W_m - pull.r_A_W_m);
   const Eigen::Vector3d ddot_AB_W_m_per_s = (state.velocity_m_per_s.col(B) + w.col(B).cross(pull.r_B_W_m)) -
                                             (state.velocity_m_per_s.col(A) + w.col(A).cross(pull.r_A_W_m));
   if (pull.d_AB_W_m.isZero(0.0)) fail(spring);
-  pull.f_A_W_N = spring_force(spring.law, pull.d_AB_W_m, ddot_AB_W_m_per_s);
+  pull.f_A_W_N = spring_force(spring, pull.d_AB_W_m, ddot_AB_W_m_per_s);
   return pull;
 }
 
-void Springs::fail(const Spring& spring) const {
+void Springs::fail(const SpringSpecification& spring) const {
   throw SolverError("the ends of the spring between bodies '" + names_[spring.body_A] + "' and '" +
                     names_[spring.body_B] +
                     "' coincide (its force has no direction). Give it a longer rest length, a higher stiffness, or "

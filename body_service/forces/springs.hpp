@@ -11,21 +11,14 @@
 
 namespace copepod::body {
 
-/// Linear spring with linear damper.
-struct SpringLaw {
-  double stiffness_N_per_m = 0.0;
-  double damping_N_s_per_m = 0.0;
-  double rest_length_m = 0.0;
-};
-
 /// Force with which a spring and damper pull their ends together [N]: k (|d| − l₀) + γ ḋ·e of (B6)
 /// @param e                  unit vector along it, world frame
 /// @param ddot_AB_W_m_per_s  velocity of end B less that of end A, world frame [m/s]
 template <class Vector>
-double tension_N(const SpringLaw& law, double length_m, const Vector& e, const Vector& ddot_AB_W_m_per_s) {
+double tension_N(const SpringSpecification& spring, double length_m, const Vector& e, const Vector& ddot_AB_W_m_per_s) {
   const Vector& u = ddot_AB_W_m_per_s;
-  return law.stiffness_N_per_m * (length_m - law.rest_length_m) +
-         law.damping_N_s_per_m * (u[0] * e[0] + u[1] * e[1] + u[2] * e[2]);
+  return spring.stiffness_N_per_m * (length_m - spring.rest_length_m) +
+         spring.damping_N_s_per_m * (u[0] * e[0] + u[1] * e[1] + u[2] * e[2]);
 }
 
 /// Force of a spring and damper on its end A, along the line between its ends:
@@ -36,12 +29,12 @@ double tension_N(const SpringLaw& law, double length_m, const Vector& e, const V
 /// @param d_AB_W_m          from end A to end B, world frame [m]
 /// @param ddot_AB_W_m_per_s  its rate of change [m/s]
 /// @return force on A, world frame [N]; B receives the negative. NaN if the ends coincide (no direction).
-inline Eigen::Vector3d spring_force(const SpringLaw& law, const Eigen::Vector3d& d_AB_W_m,
+inline Eigen::Vector3d spring_force(const SpringSpecification& spring, const Eigen::Vector3d& d_AB_W_m,
                                     const Eigen::Vector3d& ddot_AB_W_m_per_s) {
   const Eigen::Vector3d& d = d_AB_W_m;
   const double length_m = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   const Eigen::Vector3d e = d / length_m;
-  return tension_N(law, length_m, e, ddot_AB_W_m_per_s) * e;
+  return tension_N(spring, length_m, e, ddot_AB_W_m_per_s) * e;
 }
 
 /// All springs of a case.
@@ -72,22 +65,10 @@ class Springs final : public ForceElement {
                           const BlockVectors& w_WB_rad_per_s) const;
 
  private:
-  struct Spring {
-    int body_A = 0;
-    int body_B = 0;
-    SpringLaw law;
-    int anchors = -1;  ///< index; −1: both anchors are the centres of mass
-  };
-  struct Anchors {
-    Eigen::Vector3d A_m = Eigen::Vector3d::Zero();
-    Eigen::Vector3d B_m = Eigen::Vector3d::Zero();
-  };
-
   void add_anchored(std::size_t index, const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const;
-  [[noreturn]] void fail(const Spring& spring) const;
+  [[noreturn]] void fail(const SpringSpecification& spring) const;
 
-  std::vector<Spring> springs_;
-  std::vector<Anchors> anchors_;
+  std::vector<SpringSpecification> springs_;
   std::vector<std::string> names_;  ///< of the bodies, for errors
 };
 

@@ -48,14 +48,6 @@ bool must_be_edge(const BodySetup& setup, int joint) {
          it.has_limits() || is_driven(setup, joint);
 }
 
-/// Those that must be edges first.
-std::vector<int> by_need(const BodySetup& setup) {
-  std::vector<int> edges(setup.joints.size());
-  std::iota(edges.begin(), edges.end(), 0);
-  std::ranges::stable_sort(edges, std::greater<>{}, [&](int joint) { return must_be_edge(setup, joint); });
-  return edges;
-}
-
 /// Joints that MuJoCo can keep only as edges are edges wherever possible: Prim's algorithm [Bell Syst. Tech. J. 36,
 /// 1389, 1957].
 JointTree joint_tree_of(const BodySetup& setup) {
@@ -73,7 +65,9 @@ JointTree joint_tree_of(const BodySetup& setup) {
   for (int body = 0; body < bodies; ++body)
     if (setup.bodies[body].motion != MotionKind::free) attach(body, -1, -1);
 
-  std::vector<int> edges = by_need(setup);
+  std::vector<int> edges(setup.joints.size());  // those that must be edges first
+  std::iota(edges.begin(), edges.end(), 0);
+  std::ranges::stable_sort(edges, std::greater<>{}, [&](int joint) { return must_be_edge(setup, joint); });
   for (int next_root = 0;;) {
     const auto grows = std::ranges::find_if(edges, [&](int joint) {
       return is_reached(setup.joints[joint].body_A) != is_reached(setup.joints[joint].body_B);

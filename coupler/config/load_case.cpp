@@ -162,21 +162,24 @@ void declare(Keys& keys, Campaign& campaign, const fs::path& folder) {
   keys.describe_also("cases", {{"minItems", 1}});
 }
 
-Campaign read_document(const Document& document, const std::string& source) {
+}  // namespace
+
+Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides) {
+  const Document document = Document::load(file, {});
   Problems problems(document);
   Campaign campaign;
   {
     Keys top(&document.root(), "", problems);
-    declare(top, campaign, fs::path(source).parent_path());
+    declare(top, campaign, fs::path(file).parent_path());
   }
   if (campaign.cases.empty())
     problems.error("cases", "the campaign has no cases (there is nothing to run). List them below `cases:`.");
   check_names(campaign.cases, problems);
   problems.throw_if_any();
+  for (CampaignEntry& entry : campaign.cases)
+    entry.settings.insert(entry.settings.end(), overrides.begin(), overrides.end());
   return campaign;
 }
-
-}  // namespace
 
 LoadedCase load_case(const std::string& file, const std::vector<std::string>& overrides) {
   return read_document(Document::load(file, overrides));
@@ -190,17 +193,6 @@ LoadedCase load_case_text(const std::string& text, const std::string& source,
 bool names_campaign(const std::string& file) {
   if (fs::is_fifo(file)) return false;  // its text comes once only
   return Document::load(file, {}).root().find("campaign") != nullptr;
-}
-
-Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides) {
-  Campaign campaign = read_document(Document::load(file, {}), file);
-  for (CampaignEntry& entry : campaign.cases)
-    entry.settings.insert(entry.settings.end(), overrides.begin(), overrides.end());
-  return campaign;
-}
-
-Campaign load_campaign_text(const std::string& text, const std::string& source) {
-  return read_document(Document::parse(text, source, {}), source);
 }
 
 nlohmann::ordered_json campaign_schema() {

@@ -52,9 +52,6 @@ bool names_campaign(const std::string& file);
 /// @throws CaseInvalid with every error found
 Campaign load_campaign(const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// The same from text; `source` names it in messages and its folder is where case files are looked for.
-Campaign load_campaign_text(const std::string& text, const std::string& source);
-
 /// JSON schema of a campaign file.
 nlohmann::ordered_json campaign_schema();
 

@@ -11,24 +11,24 @@ namespace copepod::body {
 namespace {
 
 TEST(SpringForce, PullsItsEndsTogetherWhenStretched) {
-  const SpringLaw law{3.0, 0.0, 2.0};
-  const Eigen::Vector3d f = spring_force(law, {0, 0, 5}, {0, 0, 0});
+  const SpringSpecification spring{0, 1, 3.0, 0.0, 2.0};
+  const Eigen::Vector3d f = spring_force(spring, {0, 0, 5}, {0, 0, 0});
   EXPECT_EQ(f, Eigen::Vector3d(0, 0, 9));
 }
 
 TEST(SpringForce, PushesItsEndsApartWhenCompressed) {
-  const SpringLaw law{3.0, 0.0, 2.0};
-  EXPECT_EQ(spring_force(law, {1, 0, 0}, {0, 0, 0}), Eigen::Vector3d(-3, 0, 0));
+  const SpringSpecification spring{0, 1, 3.0, 0.0, 2.0};
+  EXPECT_EQ(spring_force(spring, {1, 0, 0}, {0, 0, 0}), Eigen::Vector3d(-3, 0, 0));
 }
 
 TEST(SpringForce, DampsTheRateOfItsLength) {
-  const SpringLaw law{0.0, 7.0, 2.0};
-  EXPECT_EQ(spring_force(law, {0, 4, 0}, {0, 2, 0}), Eigen::Vector3d(0, 14, 0));
+  const SpringSpecification spring{0, 1, 0.0, 7.0, 2.0};
+  EXPECT_EQ(spring_force(spring, {0, 4, 0}, {0, 2, 0}), Eigen::Vector3d(0, 14, 0));
 }
 
 TEST(SpringForce, DoesNotBrakeMotionAcrossIt) {
-  const SpringLaw law{0.0, 7.0, 2.0};
-  EXPECT_EQ(spring_force(law, {0, 4, 0}, {3, 0, -5}), Eigen::Vector3d::Zero());
+  const SpringSpecification spring{0, 1, 0.0, 7.0, 2.0};
+  EXPECT_EQ(spring_force(spring, {0, 4, 0}, {3, 0, -5}), Eigen::Vector3d::Zero());
 }
 
 /// Two tilted capsules with springs at off-centre anchors and a third body between.
@@ -142,9 +142,7 @@ TEST_F(AnchoredSprings, WithoutAnchorsActOnWhatTheLineBetweenTheirBodiesIsFor) {
     const auto between = [&](const BlockVectors& vectors) -> Eigen::Vector3d {
       return vectors.col(spring.body_B) - vectors.col(spring.body_A);
     };
-    const Eigen::Vector3d force =
-        spring_force({spring.stiffness_N_per_m, spring.damping_N_s_per_m, spring.rest_length_m},
-                     between(state_.position_m), between(state_.velocity_m_per_s));
+    const Eigen::Vector3d force = spring_force(spring, between(state_.position_m), between(state_.velocity_m_per_s));
     expected.col(spring.body_A) += force;
     expected.col(spring.body_B) -= force;
   }

@@ -9,9 +9,16 @@
 namespace copepod::coupler {
 namespace {
 
+/// Reads a campaign that has been written to a file in `folder`.
+Campaign load(const TemporaryFolder& folder, const std::string& text) {
+  std::ofstream(folder.path("campaign.yaml")) << text;
+  return load_campaign(folder.path("campaign.yaml"));
+}
+
 std::string problems_of(const std::string& text) {
   try {
-    load_campaign_text(text, "folder/campaign.yaml");
+    const TemporaryFolder folder;
+    load(folder, text);
   } catch (const CaseInvalid& invalid) {
     return invalid.what();
   }
@@ -19,15 +26,16 @@ std::string problems_of(const std::string& text) {
 }
 
 TEST(Campaign, FindsItsCasesBesideItselfAndNamesThemAfterTheirFiles) {
-  const Campaign campaign = load_campaign_text(
-      "campaign: two\njobs: 2\ncases:\n  - case: a.yaml\n"
-      "  - {case: /elsewhere/a.yaml, name: b, set: {fluid.precision: double, fluid.symmetry_planes: [x]}}\n",
-      "folder/campaign.yaml");
+  const TemporaryFolder folder;
+  const Campaign campaign =
+      load(folder,
+           "campaign: two\njobs: 2\ncases:\n  - case: a.yaml\n"
+           "  - {case: /elsewhere/a.yaml, name: b, set: {fluid.precision: double, fluid.symmetry_planes: [x]}}\n");
   EXPECT_EQ(campaign.name, "two");
   EXPECT_EQ(campaign.jobs, 2);
   ASSERT_EQ(campaign.cases.size(), 2U);
   EXPECT_EQ(campaign.cases[0].name, "a");
-  EXPECT_EQ(campaign.cases[0].case_file, "folder/a.yaml");
+  EXPECT_EQ(campaign.cases[0].case_file, folder.path("a.yaml"));
   EXPECT_EQ(campaign.cases[1].name, "b");
   EXPECT_EQ(campaign.cases[1].case_file, "/elsewhere/a.yaml");
   const std::vector<std::string> settings{"fluid.precision=\"double\"", "fluid.symmetry_planes=[\"x\"]"};
@@ -36,7 +44,7 @@ TEST(Campaign, FindsItsCasesBesideItselfAndNamesThemAfterTheirFiles) {
 
 TEST(Campaign, RefusesTwoCasesOfOneName) {
   const std::string problems = problems_of("campaign: twins\ncases:\n  - case: a.yaml\n  - case: ../a.yaml\n");
-  EXPECT_NE(problems.find("folder/campaign.yaml:4: error: cases.1 is called 'a' (so is cases.0)."), std::string::npos)
+  EXPECT_NE(problems.find("/campaign.yaml:4: error: cases.1 is called 'a' (so is cases.0)."), std::string::npos)
       << problems;
 }
 
