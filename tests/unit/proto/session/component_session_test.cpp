@@ -147,7 +147,7 @@ TEST(ComponentSession, RefusesToRestoreInTheMiddleOfARun) {
 ! work done             | configured    | none
 > AppliedLoads #2 @0    | stepping      | advance bodies -> Kinematics
 ! work done             | ready         | none
-> Restore #3 @0         | failed        | refuse: Restore is not allowed now (a body component in state 'ready' allows KinematicsRequest, AppliedLoads, Save, Summarise, Finish). Send the messages in the order of docs/protocol.md.
+> Restore #3 @0         | failed        | refuse: Restore is not allowed now (a body component in state 'ready' allows BodySetup, KinematicsRequest, AppliedLoads, Save, Summarise, Finish). Send the messages in the order of docs/protocol.md.
 )");
 }
 
