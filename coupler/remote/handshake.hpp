@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,8 +25,9 @@ struct Party {
   conversion::Encoder encoder;  ///< keeps the bytes of the open request, in case it has to be sent again
   conversion::Decoder decoder;  ///< keeps the reply until the next one
   std::span<const std::byte> request;
-  double sent_s = 0.0;          ///< when the request was last sent
-  double resend_after_s = 0.0;  ///< time after which a pong shows whether it was lost
+  double sent_s = 0.0;                 ///< when the request was last sent
+  double resend_after_s = 0.0;         ///< time after which a pong shows whether it was lost
+  std::optional<FailureReport> ended;  ///< why it answers no more
 
   [[nodiscard]] bool is_complete() const { return !data_peer.empty() && !control_peer.empty(); }
   [[nodiscard]] bool is_finished() const { return session.state == session::State::done; }

@@ -109,8 +109,8 @@ void Link::abort(const FailureReport& report) noexcept {
 }
 
 Party& Link::open_request(std::size_t number, MessageKind request, std::int64_t step) {
-  if (ended_) throw PeerFailed(*ended_);
   Party& party = parties_[number];
+  if (party.ended) throw PeerFailed(*party.ended);
   const session::Asked asked = session::ask(party.session, request, step);
   if (!asked.problem.empty()) throw std::logic_error(asked.problem);
   party.session = asked.session;
@@ -175,8 +175,8 @@ void Link::handle(const transport::Frame& frame) {
     ++damaged_;
   } catch (const conversion::MalformedMessage& error) {
     if (party == nullptr) throw;
-    ended_ = violation(*party, party->session.current_step(), error).report();
-    throw PeerFailed(*ended_);
+    party->ended = violation(*party, party->session.current_step(), error).report();
+    throw PeerFailed(*party->ended);
   }
 }
 
@@ -194,8 +194,8 @@ void Link::handle_data(Party& party, const transport::Frame& frame) {
   if (heard.kind == Heard::Kind::refuse) throw conversion::MalformedMessage(heard.problem);
   party.session = heard.session;
   if (heard.kind != Heard::Kind::failure) return;
-  party.decoder.read(ended_.emplace());
-  throw PeerFailed(*ended_);
+  party.decoder.read(party.ended.emplace());
+  throw PeerFailed(*party.ended);
 }
 
 void Link::handle_control(Party& party, const transport::Frame& frame) {
@@ -224,8 +224,8 @@ void Link::look_after(Party& party) {
   const std::int64_t step = party.session.current_step();
   const std::string reason = party.description(rank, step) + " " + describe(health, party.liveness, now) + "." +
                              note_on_damage() + " Look at its log, then run again or resume from a checkpoint.";
-  ended_ = FailureReport{ExitCode::component_lost, party.name, party.hello.host, rank, step, reason};
-  throw ComponentLost(*ended_);
+  party.ended = FailureReport{ExitCode::component_lost, party.name, party.hello.host, rank, step, reason};
+  throw ComponentLost(*party.ended);
 }
 
 void Link::send_again_if_lost(Party& party) {

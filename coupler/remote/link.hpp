@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,7 +42,7 @@ enum Number : std::size_t { kFluid, kBody, kFirstController };
 /// that the loss of one is also noticed while the coupler waits for another. Errors that any waiting call
 /// throws: PeerFailed (reported by a component, or a breach of the protocol that names it), ComponentLost
 /// (died, froze or hung; names component, host, rank and the step of its open request), Interrupted
-/// (stop_signal). After the first two every request throws the same again.
+/// (stop_signal). After the first two every request to that component throws the same again.
 class Link {
  public:
   /// Binds the endpoint.
@@ -119,7 +118,6 @@ class Link {
   transport::Frame frame_;
   conversion::Encoder control_encoder_;
   conversion::Decoder control_decoder_;
-  std::optional<FailureReport> ended_;
   std::int64_t step_ = -1;     ///< of the newest request
   std::int64_t damaged_ = 0;   ///< messages whose checksum did not fit
   std::uint64_t remarks_ = 0;  ///< about strangers
