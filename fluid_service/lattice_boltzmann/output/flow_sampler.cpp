@@ -1,9 +1,9 @@
 #include "lattice_boltzmann/output/flow_sampler.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 namespace copepod::fluid {
 
@@ -12,17 +12,14 @@ namespace {
 constexpr std::size_t totals = 6;
 constexpr std::size_t sums_of_probe = 5;  ///< weighted: velocity, excess density, and the weights of this one
 
-/// Sums in lattice units are whole numbers of 2⁻⁸⁰, in which 10¹² cells fit.
-constexpr double resolution = 0x1p-80;
-constexpr int part_bits = 44;  ///< of a sum in a message: three parts, each added up by itself
-constexpr std::size_t parts = 3;
+/// Sums in lattice units are whole numbers of 2⁻⁷⁰, in which those of 10¹² cells fit.
+constexpr double resolution = 0x1p-70;
 
 /// As two whole numbers of 64 bits, which processors convert at once.
-auto whole(double value) {
+fixed_point::Sum whole(double value) {
   const std::int64_t high = std::llrint(value * 0x1p40);
-  const std::int64_t low = std::llrint((value - static_cast<double>(high) * 0x1p-40) / resolution);
-  __extension__ using Sum = __int128;
-  return (Sum{high} << 40) + low;
+  return (fixed_point::Sum{high} << 30) +
+         std::llrint((value - static_cast<double>(high) * 0x1p-40) * (1.0 / resolution));
 }
 
 }  // namespace
@@ -61,7 +58,7 @@ auto FlowSampler::corners_around(const Eigen::Vector3d& position_lu, const Domai
   return corners;
 }
 
-void FlowSampler::add_totals(const FieldBlock& block, Sum* sums) const {
+void FlowSampler::add_totals(const FieldBlock& block, fixed_point::Sum* sums) const {
   const VelocityGradient gradient(setup_, block, communicator_);
   const double per_speed = setup_.step_s / setup_.cell_size_m;
   std::size_t number = 0;
@@ -79,7 +76,7 @@ void FlowSampler::add_totals(const FieldBlock& block, Sum* sums) const {
 }
 
 void FlowSampler::add_probe(const std::vector<Corner>& corners, const std::function<FieldBlock(const Box&)>& fields,
-                            Sum* sums) const {
+                            fixed_point::Sum* sums) const {
   for (const Corner& corner : corners) {
     if (!block_.contains(corner.cell) || corner.weight == 0.0) continue;
     const Cell& low = corner.cell;
@@ -95,21 +92,17 @@ void FlowSampler::add_probe(const std::vector<Corner>& corners, const std::funct
 
 Eigen::VectorXd FlowSampler::operator()(const std::function<FieldBlock(const Box&)>& fields) const {
   const std::size_t first = setup_.flow.totals ? totals : 0;
-  std::vector<Sum> sums(first + sums_of_probe * probes_.size());
+  std::vector<fixed_point::Sum> sums(first + sums_of_probe * probes_.size());
   if (setup_.flow.totals) add_totals(fields(block_), sums.data());
   for (std::size_t i = 0; i < probes_.size(); ++i)
     add_probe(probes_[i], fields, sums.data() + first + sums_of_probe * i);
 
-  std::vector<std::int64_t> message;
-  for (Sum sum : sums)
-    for (std::size_t part = 0; part < parts; ++part, sum >>= part_bits)
-      message.push_back(static_cast<std::int64_t>(part + 1 < parts ? sum & ((Sum{1} << part_bits) - 1) : sum));
-  communicator_.sum_to_leader(message);
+  std::vector<fixed_point::Halves> halves(sums.size());
+  std::ranges::transform(sums, halves.begin(), fixed_point::halves);
+  communicator_.sum_to_leader(std::span(reinterpret_cast<std::int64_t*>(halves.data()), 2 * halves.size()));
   if (communicator_.rank() != 0) return {};
   const auto sum_of = [&](std::size_t number) {
-    Sum sum = 0;
-    for (std::size_t part = parts; part-- > 0;) sum = (sum << part_bits) + message[parts * number + part];
-    return static_cast<double>(sum) * resolution;
+    return static_cast<double>(fixed_point::from_halves(halves[number][0], halves[number][1])) * resolution;
   };
 
   Eigen::VectorXd values(setup_.flow.values_in(0));

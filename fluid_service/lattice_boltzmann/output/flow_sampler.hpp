@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "contract/fluid_setup.hpp"
+#include "lattice_boltzmann/bodies/load_sums.hpp"
 #include "lattice_boltzmann/boundary/domain.hpp"
 #include "lattice_boltzmann/output/fields.hpp"
 #include "ranks/communicator.hpp"
@@ -36,10 +37,9 @@ class FlowSampler {
     Eigen::Vector3d sign{1, 1, 1};  ///< of the velocity: −1 beyond a mirror
   };
   [[nodiscard]] static std::vector<Corner> corners_around(const Eigen::Vector3d& position_lu, const Domain& domain);
-  __extension__ using Sum = __int128;
-  void add_totals(const FieldBlock& block, Sum* sums) const;
+  void add_totals(const FieldBlock& block, fixed_point::Sum* sums) const;
   void add_probe(const std::vector<Corner>& corners, const std::function<FieldBlock(const Box&)>& fields,
-                 Sum* sums) const;
+                 fixed_point::Sum* sums) const;
 
   FluidSetup setup_;
   Box block_;
