@@ -133,7 +133,8 @@ ObstacleWriter::ObstacleWriter(const std::vector<ObstacleSpecification>& obstacl
   places_.resize(static_cast<Eigen::Index>(obstacles.size()));
   places_.velocity_m_per_s.setZero();
   places_.angular_velocity_rad_per_s.setZero();
-  no_drive_.force_N.setZero(3, places_.bodies());
+  no_loads_.force_N.setZero(3, places_.bodies());
+  no_loads_.torque_N_m = no_loads_.force_N;
   for (Eigen::Index i = 0; i < places_.bodies(); ++i) {
     places_.position_m.col(i) = obstacles[i].position_m;
     places_.orientation_wxyz.col(i) = obstacles[i].orientation_wxyz;

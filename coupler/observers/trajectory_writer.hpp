@@ -85,11 +85,12 @@ class ObstacleWriter final : public Observer {
 
  private:
   [[nodiscard]] StepRecord of_obstacles(const StepRecord& record) const {
-    return {record.step, places_, record.obstacles, record.obstacles, no_drive_, record.obstacles};
+    const Loads& loads = record.obstacles.bodies() > 0 ? record.obstacles : no_loads_;
+    return {record.step, places_, loads, loads, no_loads_, loads};
   }
 
   Kinematics places_;
-  Loads no_drive_;
+  Loads no_loads_;  ///< before the first step, and of the drive
   std::unique_ptr<TrajectoryWriter> writer_;
 };
 

@@ -184,6 +184,7 @@ SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const Drivi
   loads_.resize(kinematics_.bodies());
   loads_.force_N.setZero();
   loads_.torque_N_m.setZero();
+  averaged_ = drive_ = loads_;  // of a run that ends before its first step
 }
 
 void SerialExplicit::run(std::int64_t stop, const std::function<bool(std::int64_t)>& pause) {

@@ -1,6 +1,7 @@
 """Plots of motion: positions, forces, last cycle and arms of three beads; any body's path; speeds of runs."""
 
 import csv
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -92,14 +93,14 @@ def flow_over_time(path: Path) -> Any:
     if len(rows) < 3:
         return None
     columns = dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
-    at_probes = [name for name in columns if "." in name]
     quantities = {
-        "energy [J]": [name for name in columns if name == "kinetic_energy_J"],
-        "dissipation [W]": [name for name in columns if name == "dissipation_W"],
-        "velocity [m/s]": [name for name in at_probes if not name.endswith("_Pa")],
-        "pressure [Pa]": [name for name in at_probes if name.endswith("_Pa")],
+        "energy [J]": "kinetic_energy_J",
+        "dissipation [W]": "dissipation_W",
+        "velocity [m/s]": r".*\.v._m_per_s",
+        "pressure [Pa]": r".*\.pressure_Pa",
     }
-    shown = {label: names for label, names in quantities.items() if names}
+    found = {label: [name for name in columns if re.fullmatch(form, name)] for label, form in quantities.items()}
+    shown = {label: names for label, names in found.items() if names}
     figure, panels = new_figure(0.4 + 1.5 * len(shown), nrows=len(shown), sharex=True, squeeze=False)
     for panel, (label, names) in zip(panels.flat, shown.items()):
         panel.set_prop_cycle(many_lines(*LIGHT.beads, LIGHT.ink))

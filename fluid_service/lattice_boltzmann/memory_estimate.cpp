@@ -10,17 +10,15 @@ namespace {
 /// derived one; and the largest as it lies in the file.
 std::int64_t field_bytes(const FieldOutput& fields, const FlowSampling& flow) {
   constexpr std::int64_t number = sizeof(double);
-  const std::int64_t sampled =
-      flow.every_steps > 0 && flow.totals ? 7 * number + std::int64_t{sizeof(std::int32_t)} : 0;
-  if (fields.every_steps == 0 && fields.mean_stop == 0) return sampled;
+  const bool has_totals = flow.every_steps > 0 && flow.totals;  // with the gradients of velocities: as much
+  if (fields.every_steps == 0 && fields.mean_stop == 0 && !has_totals) return 0;
   const auto asks_for = [&](FieldQuantity quantity) {
     return std::ranges::find(fields.quantities, quantity) != fields.quantities.end();
   };
   const std::int64_t derived = asks_for(FieldQuantity::vorticity)  ? 3 * number
                                : asks_for(FieldQuantity::pressure) ? number
                                                                    : 0;
-  return std::max(sampled, (fields.mean_stop > 0 ? 2 : 1) * (4 * number + std::int64_t{sizeof(std::int32_t)}) +
-                               derived + 3 * number);
+  return (fields.mean_stop > 0 ? 2 : 1) * (4 * number + std::int64_t{sizeof(std::int32_t)}) + derived + 3 * number;
 }
 
 /// @param cell_bytes  for output

@@ -233,8 +233,7 @@ class Simulation:
             warnings.warn(shown(warning), CaseWarning, stacklevel=3)
         self.step_s: float = description["step_s"]
         self.actuators = Actuators(self._handle.value, description["actuators"])
-        self._names: list[str] = description["bodies"]
-        self._flow: list[str] = description["flow"]
+        self._names, self._flow = description["bodies"], description["flow"]
 
     def step(self, steps: int = 1) -> None:
         """Advances. An interrupt ends it within 0.1 s between two steps, and the state is whole.
@@ -277,8 +276,7 @@ class Simulation:
 
     @property
     def flow(self) -> dict[str, float]:
-        """Newest sample of the case's output.flow: totals and probes by the names of flow.csv, of the start of the
-        step before this moment with `every_steps: 1`. Empty before the first step."""
+        """Newest sample of the case's output.flow, by the names of flow.csv; empty before the first step."""
         state = self._state()
         return dict(zip(self._flow, state.flow[: state.flow_values]))
 

@@ -208,6 +208,19 @@ class SimulationTest(unittest.TestCase):
                 with self.assertRaisesRegex(copepod.Error, "checkpoint cannot be written"):
                     kept_nowhere.write_checkpoint()
 
+    def test_one_that_ends_before_its_first_step_is_a_whole_run(self):
+        ball = {"name": "still", "shape": "sphere", "radius_m": 2e-6, "position_m": [8e-6, 8e-6, 8e-6], "loads": True}
+        fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1360, "kinematic_viscosity_m2_per_s": 7.36e-5}
+        fluid |= {"cell_size_m": 1e-6, "domain_cells": [16, 16, 16], "relaxation_time": 0.8}
+        channel = {"case": "channel", "fluid": fluid, "obstacles": [ball], "bodies": [], "run": {"steps": 9}}
+        with tempfile.TemporaryDirectory() as folder:
+            for name, case in (("stroke", STROKE), ("channel", channel)):
+                copepod.Simulation(case, f"{folder}/{name}").close()
+                run = copepod.load(f"{folder}/{name}")
+                self.assertEqual((run.status, run.summary["steps"]), ("finished", 0))
+                table = run.trajectory if name == "stroke" else run.obstacles
+                self.assertEqual({step for _, step in table.index}, {0})
+
     def test_mistakes_are_named(self):
         with self.assertRaisesRegex(copepod.CaseError, "fluid.solver is missing"):
             copepod.Simulation({"case": "empty"})
