@@ -118,7 +118,7 @@ FlowWriter::FlowWriter(const std::string& path, FlowSampling sampling, double st
     : sampling_(std::move(sampling)), step_s_(step_s), file_(path, flow_header(sampling_), end) {}
 
 void FlowWriter::observe(const StepRecord& record) {
-  if (!sampling_.is_due(record.step)) return;
+  if (sampling_.values_in(record.step) == 0) return;
   std::string row;
   append(row, record.step);
   row += ',';

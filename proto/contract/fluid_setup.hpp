@@ -117,10 +117,10 @@ struct FlowSampling {
         all.push_back(probe.name + value);
     return all;
   }
-  [[nodiscard]] bool is_due(std::int64_t step) const { return every_steps > 0 && step % every_steps == 0; }
   /// How many there are in a step.
   [[nodiscard]] Eigen::Index values_in(std::int64_t step) const {
-    return is_due(step) ? (totals ? 6 : 0) + 4 * static_cast<Eigen::Index>(probes.size()) : 0;
+    const bool is_due = every_steps > 0 && step % every_steps == 0;
+    return is_due ? (totals ? 6 : 0) + 4 * static_cast<Eigen::Index>(probes.size()) : 0;
   }
 };
 
