@@ -2,6 +2,7 @@
 
 import os
 import re
+import select
 import shlex
 import shutil
 import subprocess
@@ -9,7 +10,7 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -134,7 +135,7 @@ def _build(targets: Sequence[str]) -> None:
             if _ends_within(_MOMENT_S, ninja) and ninja.returncode == 0:
                 return
             with Stage(f"building (log: {_LOG})") as stage:
-                while not _ends_within(_LOOK_EVERY_S, ninja):
+                while ninja.returncode is None and not _ends_within(_LOOK_EVERY_S, ninja):
                     stage.count(*_progress_in_log())
                 if ninja.returncode != 0:
                     raise Stop(ExitCode.FAILED, _failure("the build failed"))
@@ -143,9 +144,9 @@ def _build(targets: Sequence[str]) -> None:
 
 
 def _ends_within(seconds: float, process: subprocess.Popen[bytes]) -> bool:
-    with suppress(subprocess.TimeoutExpired):
-        process.wait(seconds)
-    return process.returncode is not None
+    with open(os.pidfd_open(process.pid)) as end:  # wait() would look every 50 ms
+        select.select([end], [], [], seconds)
+    return process.poll() is not None
 
 
 def _failure(what: str) -> str:
