@@ -93,12 +93,8 @@ def flow_over_time(path: Path) -> Any:
     if len(rows) < 3:
         return None
     columns = dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
-    quantities = {
-        "energy [J]": "kinetic_energy_J",
-        "dissipation [W]": "dissipation_W",
-        "velocity [m/s]": r".*\.v._m_per_s",
-        "pressure [Pa]": r".*\.pressure_Pa",
-    }
+    quantities = {"energy [J]": "kinetic_energy_J", "dissipation [W]": "dissipation_W"}
+    quantities |= {"velocity [m/s]": r".*\.v._m_per_s", "pressure [Pa]": r".*\.pressure_Pa"}
     found = {label: [name for name in columns if re.fullmatch(form, name)] for label, form in quantities.items()}
     shown = {label: names for label, names in found.items() if names}
     figure, panels = new_figure(0.4 + 1.5 * len(shown), nrows=len(shown), sharex=True, squeeze=False)

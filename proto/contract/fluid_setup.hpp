@@ -108,7 +108,8 @@ struct FlowSampling {
   /// What the values are, in their order.
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> all;
-    if (every_steps > 0 && totals)
+    if (every_steps == 0) return all;
+    if (totals)
       all = {"kinetic_energy_J", "dissipation_W", "enstrophy_m3_per_s2",
              "px_kg_m_per_s",    "py_kg_m_per_s", "pz_kg_m_per_s"};
     for (const Probe& probe : probes)
