@@ -12,9 +12,9 @@
 The seed decides the case (drawn_case.py) and its ways. A run in one process on one rank is compared with runs on other
 ranks, of services over ipc and tcp, with one that continues from a checkpoint of the first with other ranks and another
 transport, as after a loss, and with simulations, with services and without, that are stepped and return to a snapshot
-after they were steered: digest, drifts,
-speeds of swimmers and groups, trajectory, loads on obstacles and cycles byte by byte. A run that fails must fail in the
-same way, after the same trajectory. One line per case; cases that differ are kept in the folder of --keep.
+after they were steered: digest, drifts, speeds of swimmers and groups, and byte by byte trajectory, loads on obstacles,
+samples of the flow and cycles. A run that fails must fail in the same way, after the same trajectory. One line per
+case; cases that differ are kept in the folder of --keep.
 """
 
 import argparse
