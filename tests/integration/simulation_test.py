@@ -24,6 +24,7 @@ sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/learning")]
 import copepod  # noqa: E402
 import steer_triangle  # noqa: E402
 import three_spheres  # noqa: E402
+import two_swimmers  # noqa: E402
 from copepod_run.processes import family_of  # noqa: E402
 
 STROKE = ROOT / "configs/examples/prescribed_stroke.yaml"
@@ -696,6 +697,30 @@ class EnvironmentTest(unittest.TestCase):
             episodes.append([draw, *first, *(x for action in (0, 1, 1, 0, 1) for x in environment.step(action)[0])])
         self.assertEqual(*episodes)
         environment.close()
+
+    def test_several_agents_follow_pettingzoos_rules(self):
+        """Parallel API: five dictionaries by agent, and no agent is left when the episode is over."""
+        swimmers = two_swimmers.TwoSwimmers(actions_per_episode=8)
+        episodes = []
+        for _ in range(2):
+            seen, infos = swimmers.reset(seed=1)
+            self.assertEqual((list(seen), infos), (["left", "right"], {"left": {}, "right": {}}))
+            rewards = []
+            for number in range(8):
+                self.assertEqual(swimmers.agents, ["left", "right"])
+                answers = swimmers.step({"left": number % 2, "right": number % 2})
+                self.assertEqual([list(each) for each in answers], 5 * [["left", "right"]])
+                rewards.append(answers[1])
+                self.assertEqual(set(answers[3].values()), {number == 7})
+            self.assertEqual(swimmers.agents, [])
+            with self.assertRaisesRegex(copepod.Error, "Call reset first"):
+                swimmers.step({"left": 0, "right": 0})
+            episodes.append(rewards)
+        swimmers.close()
+        self.assertEqual(*episodes)
+        left, right = (sum(each[name] for each in episodes[0][4:]) for name in ("left", "right"))
+        self.assertAlmostEqual(left, right, delta=1e-9)  # mirror images
+        self.assertGreater(left, 1.01 * three_spheres.mobility_cycle(three_spheres.FAR))  # they help each other
 
     def test_one_that_diverges_ends_its_own_episode_only(self):
         together = copepod.Environments([lambda: spheres(Fragile)] * 3)
