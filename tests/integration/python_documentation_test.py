@@ -22,7 +22,8 @@ class Documentation(CommandTest):
 
     def setUp(self):
         super().setUp()
-        (self.folder / "configs").symlink_to(ROOT / "configs")
+        for name in ("configs", "examples"):
+            (self.folder / name).symlink_to(ROOT / name)
         path = os.pathsep.join([str(ROOT / "python"), str(ROOT / "deploy")])
         self.environment = {**os.environ, "PYTHONPATH": path, "COPEPOD_BIN_DIR": str(PROGRAMS), "MPLBACKEND": "Agg"}
 
@@ -48,9 +49,11 @@ class Documentation(CommandTest):
 
     def test_page_about_steering(self):
         page = (ROOT / "docs/steering.md").read_text()
-        simulation, environment = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+        simulation, services, environment = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
         last = float(self.output_of("-c", simulation).split()[-1])
         self.assertAlmostEqual(last, -8e-6 / 3 + 0.1396e-6, delta=1e-9)  # the middle at the start is at −8/3 µm
+        forces = re.findall(r"-?\d\S*e\S*\d", self.output_of("-c", services))
+        self.assertGreater(max(abs(float(force)) for force in forces), 0)
         rewards = self.output_of("-c", environment.replace("rods.close()", "print(reward)"))
         self.assertNotEqual(float(rewards), 0.0)
 
