@@ -226,7 +226,7 @@ void check_output(const Case& the_case, Problems& problems) {
     const Eigen::Vector3d length_m = the_case.fluid.length_m();
     if (!length_m.isZero(0.0) && !((at_m.array() >= 0.0).all() && (at_m.array() <= length_m.array()).all()))
       problems.reject(key + ".position_m", "is outside the domain (nothing flows there). Move it inside.");
-    if (std::ranges::find(output.flow.probes, name, &Probe::name) != output.flow.probes.begin() + i)
+    if (&*std::ranges::find(output.flow.probes, name, &Probe::name) != &output.flow.probes[i])
       problems.reject(key + ".name", "names two probes (columns have different names). Rename one.");
   }
   if (output.flow.every_steps > 0 && !output.flow.totals && output.flow.probes.empty())

@@ -31,10 +31,11 @@ bool is_at_the_centre(const ShapePart& part) {
 }
 
 /// The body by its centre of mass, with its inertia. A compound of one part in its middle is this part.
-BodySpecification referred_to_centre_of_mass(GivenBody body) {
+BodySpecification referred_to_centre_of_mass(const GivenBody& given) {
+  BodySpecification body = static_cast<const BodySpecification&>(given);
   if (body.shape.kind == ShapeKind::compound && body.shape.parts.size() == 1 && is_at_the_centre(body.shape.parts[0]))
     body.shape = Shape(body.shape.parts[0].shape);
-  Eigen::Vector3d centre_m = body.center_of_mass_m;
+  Eigen::Vector3d centre_m = given.center_of_mass_m;
   if (body.inertia_kg_m2.empty()) {
     if (is_round(body.shape)) return body;
     const VolumeMoments moments = make_solid(body.shape)->moments();
@@ -60,7 +61,7 @@ void add_swimmer_bodies(const Swimmer& swimmer, const std::string& path, Assembl
     body.name = swimmer.name + "." + bead.name;
     body.position_m = swimmer.center_m + R_WS * bead.position_m;
     if (turned) body.orientation_wxyz = product(swimmer.orientation_wxyz, bead.orientation_wxyz);
-    assembly.bodies.push_back(referred_to_centre_of_mass(std::move(body)));
+    assembly.bodies.push_back(referred_to_centre_of_mass(body));
   }
 }
 
