@@ -40,19 +40,13 @@ auto FlowSampler::corners_around(const Eigen::Vector3d& position_lu, const Domai
       corner.weight *= is_above ? place - below : 1.0 - (place - below);
       const std::int64_t cells = domain.cells()[axis];
       std::int64_t index = static_cast<std::int64_t>(below) + (is_above ? 1 : 0);
-      const auto reflect = [&] {
+      if (domain.symmetric(axis) && index >= cells) {
         index = reflected(index, cells);
         corner.sign[axis] *= -1.0;
-      };
-      if (domain.symmetric(axis) && index >= cells) reflect();
-      if (index >= 0 && index < cells) {
-        corner.cell[axis] = index;
-      } else if (domain.face(axis, index >= cells).kind == FaceKind::mirror) {
-        reflect();
-        corner.cell[axis] = index;
-      } else {
-        corner.cell[axis] = domain.image(axis, index).value_or(std::clamp<std::int64_t>(index, 0, cells - 1));
       }
+      const bool is_beyond = index < 0 || index >= cells;
+      if (is_beyond && domain.face(axis, index >= cells).kind == FaceKind::mirror) corner.sign[axis] *= -1.0;
+      corner.cell[axis] = domain.image(axis, index).value_or(std::clamp<std::int64_t>(index, 0, cells - 1));
     }
   }
   return corners;
