@@ -352,7 +352,7 @@ def _add_replay(commands: _Commands) -> None:
     _add(which, "--fluid", "to a fluid component")
     _add(which, "--body", "to a body component")
     _add(which, "--controller NAME", "to the controller of this name")
-    which.add_argument("--as", dest="stand_in", choices=("fluid", "body"), help="play this component to a real coupler")
+    _add(which, "--as ROLE", "play fluid, body, or a controller by its name to a real coupler", dest="stand_in")
     _add(parser, "--tolerance X", "relative difference allowed (default: 0)", type=_tolerance, default=0.0)
     _add(parser, "--ranks N", "MPI ranks of our fluid (default: 1)", type=_ranks, default=1)
     _add(parser, "--attempt N", "of a resumed run (default: the last)", type=_integer)

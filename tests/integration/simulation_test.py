@@ -141,6 +141,27 @@ class SimulationTest(unittest.TestCase):
             for name in ("position_m", "orientation_wxyz", "velocity_m_per_s", "force_N", "torque_N_m"):
                 numpy.testing.assert_allclose(getattr(sim.bodies, name), getattr(given.bodies, name), rtol=1e-9, atol=0)
 
+    def test_figures_of_cycles_are_those_of_the_summary(self):
+        """Of swimmer and group as soon as a cycle ends, in the next one the same, after a return those of the state."""
+        pair = {"name": "pair", "bodies": ["swimmer.B1", "swimmer.B3"], "axis": [0, 0, 1], "period_steps": 1000}
+        with tempfile.TemporaryDirectory() as folder:
+            with copepod.Simulation(ROOT / "configs/quick/vacuum.yaml", f"{folder}/run", set={"groups": [pair]}) as sim:
+                for steps, cycles in ((0, (None, None)), (2000, (None, 1)), (2000, (0, 3)), (4999, (1, 7))):
+                    sim.step(steps)
+                    found = [sim.cycles[name]["cycle"] for name in ("swimmer", "pair")]
+                    self.assertEqual(found, list(cycles), sim.steps)
+                middle, before = sim.snapshot(), sim.cycles
+                sim.step(3001)
+                self.assertNotEqual(sim.cycles, before)
+                sim.restore(middle)
+                self.assertEqual(sim.cycles, before)
+                sim.step(3001)
+                last = sim.cycles
+            summary = copepod.load(f"{folder}/run").summary
+            self.assertEqual(last["swimmer"], summary["swimmers"][0]["kinematics"])
+            self.assertEqual(last["pair"], summary["groups"][0]["kinematics"])
+            self.assertEqual((last["swimmer"]["cycle"], last["pair"]["cycle"]), (2, 11))
+
     def test_an_interrupt_ends_a_long_step_at_once_with_the_state_whole(self):
         before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
         self.addCleanup(signal.signal, signal.SIGINT, before)
