@@ -129,10 +129,10 @@ class ParallelEnvironment(Environment):
         """@return observations, rewards, terminations, truncations and infos, each by agent"""
         self._rewards = dict.fromkeys(self.agents, 0.0)
         seen, _, terminated, truncated, info = super().step(actions)
-        ends = [dict.fromkeys(self.agents, end) for end in (terminated, truncated)]
+        terminations, truncations = (dict.fromkeys(self.agents, end) for end in (terminated, truncated))
         infos = {agent: dict(info) for agent in self.agents}
         self.agents = [] if terminated or truncated else self.agents
-        return seen, self._rewards, *ends, infos
+        return seen, self._rewards, terminations, truncations, infos
 
 
 class Environments:
