@@ -783,11 +783,25 @@ class EnvironmentTest(unittest.TestCase):
         Q, path = three_spheres.learn(environment, 400, seed=1)
         moved, actions = three_spheres.greedy_cycle(environment, Q)
         self.assertEqual(actions, [0, 1, 0, 1])
-        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, 0))
+        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, [0, 1, 0, 1]))
         theory = three_spheres.mobility_cycle(three_spheres.FAR)
         self.assertAlmostEqual(theory, 0.16502, delta=5e-6)
         self.assertAlmostEqual(moved, theory, delta=0.001 * theory)
         self.assertEqual(len(path), 401)
+        environment.close()
+
+    def test_waiting_earns_nothing_in_stokes_flow(self):
+        """One that can wait observes it, and learns not to."""
+        case, steps = three_spheres.stokes_case(three_spheres.FAR)
+        environment = three_spheres.ThreeSpheres(case, three_spheres.FAR, steps, 40, can_wait=True)
+        environment.reset()
+        answers = [environment.step(action)[:2] for action in (0, 2, 2, 2, 1)]
+        self.assertEqual([list(seen[:3]) for seen, _ in answers], [[1, 0, n] for n in (0, 1, 2, 2)] + [[1, 1, 0]])
+        numpy.testing.assert_allclose([reward for _, reward in answers[1:4]], 0.0, atol=1e-3)
+        Q, _ = three_spheres.learn(environment, 1500, seed=1)
+        moved, actions = three_spheres.greedy_cycle(environment, Q)
+        self.assertEqual((sorted(actions), actions[0]), ([0, 0, 1, 1], actions[2]))
+        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, actions))
         environment.close()
 
 
