@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 namespace copepod::coupler {
@@ -103,33 +105,47 @@ class FilmFinder {
     const double k1 = 1.0 / radius_m_;
     const double k2 = from.curvature_per_m;
     const double along_axis = from.axis.isZero(0.0) ? k1 + k2 : k1;
-    const double R = 2.0 / (k1 + k2 + along_axis);                     // of the mean curvature
-    const double area = 2.0 * pi / std::sqrt((k1 + k2) * along_axis);  // dA/dh
+    const double R = 2.0 / (k1 + k2 + along_axis);
     // The half sphere is half of the film of a sphere that lies beside the capsule, and all of it at its end.
     const double film_radius_m = std::sqrt(2.0 * R * h0);
     const double part = outward.isZero(0.0)
                             ? 1.0
                             : std::clamp(0.5 - 0.5 * outward.dot(from.normal) * radius_m_ / film_radius_m, 0.0, 1.0);
-    const auto [I0, I1, I2] = FilmIntegrals(h0, range_);
-    const double q = (k1 - k2) / (k1 + k2);
-    const double inner = I1 - h0 * I2;
-    const double one_sided = second_.is_body() && !second_.is_mirrored() ? 0.0 : 1.0;
-    const double size = I0 / R;
-    const double rim = (range_.high_m - h0) / R;
-    const double even = 1.0 - q * q;
-    const double viscous = part * area * viscosity_Pa_s_;
-    contacts_.push_back(
-        {.point_m = centre_m - from.normal * (0.5 * (radius_m_ + from.distance_m)),
-         .normal = from.normal,
-         .gap_m = gap_m,
-         .squeezing_N_s_per_m = squeezed(gap_m) * 3.0 * viscous *
-                                (R * I2 + (0.2 + k1 * k2 * R * R) * I1 + 0.6 * (1.0 - h0 / range_.high_m)),
-         .sliding_N_s_per_m =
-             viscous * (I1 + 0.6 * q * q * (inner + one_sided * h0 * I2) + 0.6 * even * size + 0.57 * q * q * rim),
-         .force_of_turning_N_s = viscous * R * (1.2 * (q * inner + one_sided * h0 * I2) + (0.5 - one_sided) * q * size),
-         .torque_of_sliding_N_s = viscous * R * q * (1.2 * inner + (0.5 + one_sided) * size),
-         .turning_N_m_s = viscous * R * R * (2.4 * inner + (1.2 - 0.7 * even) * size),
-         .spinning_N_m_s = viscous * R * (2.0 * (I0 - h0 * I1) + 0.6 * even * I0)});
+    const Eigen::Vector3d point_m = centre_m - from.normal * (0.5 * (radius_m_ + from.distance_m));
+    add_cap(point_m, from.normal, gap_m, {k1, k2, R, part * (2.0 * pi / std::sqrt((k1 + k2) * along_axis))});
+  }
+
+  /// Of spheres and ellipsoids one of which is an ellipsoid, by the curvatures at the points that are nearest.
+  void add_ellipsoid(const SmoothSurface& first) const {
+    Separation nearest{second_.normal, second_.distance_m(first.support_m(-second_.normal))};
+    if (second_.is_body()) nearest = separation(first, second_.smooth());
+    const Eigen::Vector3d& n = nearest.normal;
+    Eigen::Matrix<double, 3, 2> across;
+    across.col(0) = n.unitOrthogonal();
+    across.col(1) = n.cross(across.col(0));
+    const auto curvatures_per_m = [&](const SmoothSurface& surface) -> Eigen::Matrix2d {
+      return (across.transpose() * surface.radii_m(n) * across).inverse();
+    };
+    const Eigen::Matrix2d K1 = curvatures_per_m(first);
+    const Eigen::Matrix2d K2 = second_.is_body() ? curvatures_per_m(second_.smooth()) : Eigen::Matrix2d::Zero().eval();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> K(K1 + K2);
+    const Eigen::Vector2d k = K.eigenvalues();
+    const double R = 2.0 / k.sum();
+    // An ellipsoid is h₀ + s + s²/2H thick where its parabola is h₀ + s, with H from the point to the centre along n.
+    const auto bluntness = [&](const SmoothSurface& surface, double mean_per_m) {
+      const double height_m = n.dot(surface.support_m(n) - surface.centre_m);
+      return std::pow(mean_per_m * R, 2) * R * (1.0 / height_m - mean_per_m);
+    };
+    const double k1 = 0.5 * K1.trace(), k2 = 0.5 * K2.trace();
+    const Eigen::Vector3d point_m = first.support_m(-n) - 0.5 * nearest.gap_m * n;
+    add_cap(point_m, n, nearest.gap_m,
+            {.k1 = k1,
+             .k2 = k2,
+             .R = R,
+             .area = 2.0 * pi / std::sqrt(k.prod()),
+             .bluntness = bluntness(first, k1) + (k2 > 0.0 ? bluntness(second_.smooth(), k2) : 0.0),
+             .kappa = k * R,
+             .along = across * K.eigenvectors().col(0)});
   }
 
   void add_slices(const CoreSegment& first) const {
@@ -181,7 +197,46 @@ class FilmFinder {
                          .normal = normal,
                          .gap_m = gap_m,
                          .squeezing_N_s_per_m = squeezed(gap_m) * 6.0 * viscosity_Pa_s_ / (k1 + k2) * J2 * length_m,
-                         .sliding_N_s_per_m = viscosity_Pa_s_ * J1 * length_m});
+                         .sliding_N_s_per_m = Eigen::Vector2d::Constant(viscosity_Pa_s_ * J1 * length_m)});
+  }
+
+  /// A film h₀ + ρᵀKρ/2 around its thinnest point.
+  struct Cap {
+    double k1, k2;                   ///< mean curvatures of the surfaces
+    double R;                        ///< radius of the mean of K
+    double area;                     ///< dA/dh
+    double bluntness = 0.0;          ///< by how much it is thicker than between spheres of these curvatures
+    Eigen::Array2d kappa{1, 1};      ///< principal curvatures of K over the mean
+    Eigen::Vector3d along{0, 0, 0};  ///< of the first of them
+  };
+
+  void add_cap(const Eigen::Vector3d& point_m, const Eigen::Vector3d& normal, double gap_m, const Cap& cap) const {
+    const double h0 = std::max(gap_m, limits_.roughness_m);
+    if (h0 >= range_.high_m) return;
+    const auto& [k1, k2, R, area, bluntness, kappa, along] = cap;
+    const Eigen::Array2d g = 5.0 / (3.0 * kappa + 2.0 * kappa.reverse());
+    const auto [I0, I1, I2] = FilmIntegrals(h0, range_);
+    const double q = (k1 - k2) / (k1 + k2);
+    const double inner = I1 - h0 * I2;
+    const double one_sided = second_.is_body() && !second_.is_mirrored() ? 0.0 : 1.0;
+    const double size = I0 / R;
+    const double rim = (range_.high_m - h0) / R;
+    const double even = 1.0 - q * q;
+    const double viscous = area * viscosity_Pa_s_;
+    contacts_.push_back({.point_m = point_m,
+                         .normal = normal,
+                         .gap_m = gap_m,
+                         .squeezing_N_s_per_m = squeezed(gap_m) * 3.0 * viscous *
+                                                (R * I2 + (0.2 + k1 * k2 * R * R - 0.75 * bluntness) * I1 +
+                                                 0.6 * (1.0 - h0 / range_.high_m)),
+                         .sliding_N_s_per_m = viscous * (I1 + 0.6 * kappa * g * q * q * (inner + one_sided * h0 * I2) +
+                                                         0.6 * even * size + 0.57 * q * q * kappa * rim),
+                         .force_of_turning_N_s =
+                             viscous * R * (1.2 * g * (q * inner + one_sided * h0 * I2) + (0.5 - one_sided) * q * size),
+                         .torque_of_sliding_N_s = viscous * R * q * (1.2 * g * inner + (0.5 + one_sided) * size),
+                         .turning_N_m_s = viscous * R * R * (2.4 * g / kappa * inner + (1.2 - 0.7 * even) * size),
+                         .spinning_N_m_s = viscous * R * (2.0 * (I0 - h0 * I1) + 0.6 * even * I0),
+                         .along = along});
   }
 
   double radius_m_;
@@ -208,27 +263,34 @@ Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along_normal;
   const Eigen::Matrix3d n = cross(normal);
   const Eigen::Matrix3d x = cross(point_m);
-  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + sliding_N_s_per_m * across;
-  const Eigen::Matrix3d F_w = -force_of_turning_N_s * n;
-  const Eigen::Matrix3d T_v = torque_of_sliding_N_s * n;
-  const Eigen::Matrix3d T_w = turning_N_m_s * across + spinning_N_m_s * along_normal;
+  const Eigen::Matrix3d ee = along * along.transpose();
+  const auto& [F_v1, F_v2] = std::tie(sliding_N_s_per_m[0], sliding_N_s_per_m[1]);
+  const auto& [F_w1, F_w2] = std::tie(force_of_turning_N_s[0], force_of_turning_N_s[1]);
+  const auto& [T_v1, T_v2] = std::tie(torque_of_sliding_N_s[0], torque_of_sliding_N_s[1]);
+  const auto& [T_w1, T_w2] = std::tie(turning_N_m_s[0], turning_N_m_s[1]);  // along e is about n × e
+  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + F_v2 * across + (F_v1 - F_v2) * ee;
+  const Eigen::Matrix3d F_w = -F_w2 * n - (F_w1 - F_w2) * ee * n;
+  const Eigen::Matrix3d T_v = T_v2 * n + (T_v1 - T_v2) * n * ee;
+  const Eigen::Matrix3d T_w = T_w1 * across + (T_w2 - T_w1) * ee + spinning_N_m_s * along_normal;
   // About the origin: v = V + Δω × x, T = T_x + x × F.
   Eigen::Matrix<double, 6, 6> result;
   result << F_v, F_w - F_v * x, T_v + x * F_v, T_w - T_v * x + x * (F_w - F_v * x);
   return result;
 }
 
-void find_film(const CoreSegment& first, double radius_m, const NearSurface& second, const FilmRange& range,
-               double viscosity_Pa_s, const FilmLimits& limits, std::vector<FilmContact>& contacts) {
+void find_film(const NearSurface& first, const NearSurface& second, const FilmRange& range, double viscosity_Pa_s,
+               const FilmLimits& limits, std::vector<FilmContact>& contacts) {
   contacts.clear();
-  const FilmFinder film(radius_m, second, range, viscosity_Pa_s, limits, contacts);
-  if (first.half_W_m.isZero(0.0)) {
-    film.add_sphere(first.centre_W_m, Eigen::Vector3d::Zero());
-    return;
+  const FilmFinder film(first.radius_m, second, range, viscosity_Pa_s, limits, contacts);
+  const auto& [centre_m, half_m] = first.core;
+  if (first.is_ellipsoid() || second.is_ellipsoid()) {
+    film.add_ellipsoid(first.smooth());
+  } else if (half_m.isZero(0.0)) {
+    film.add_sphere(centre_m, Eigen::Vector3d::Zero());
+  } else {
+    for (const double end : {-1.0, 1.0}) film.add_sphere(centre_m + end * half_m, end * half_m.normalized());
+    film.add_slices(first.core);
   }
-  for (const double end : {-1.0, 1.0})
-    film.add_sphere(first.centre_W_m + end * first.half_W_m, end * first.half_W_m.normalized());
-  film.add_slices(first);
 }
 
 }  // namespace copepod::coupler

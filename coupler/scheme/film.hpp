@@ -16,18 +16,19 @@ struct FilmLimits {
 
 /// One piece of the thin film between two surfaces, and its resistances. With W and v the normal and the tangential
 /// velocity at x, and Δω the angular velocity, of the first surface relative to the second, the first one feels
-///   F = −Z W n − F_v v + F_ω n × Δω,   T = x × F − T_v n × v + T_ω n × (n × Δω) − T_n (n·Δω) n   [theory.md, (C20)]
-/// and another body on the other side the opposite.
+///   F = −Z W n − F_v v + F_ω n × Δω,   T = x × F − n × T_v v + n × T_ω (n × Δω) − T_n (n·Δω) n   [theory.md, (C20)]
+/// and another body on the other side the opposite. F_v, F_ω, T_v, T_ω have a value along e and one across it.
 struct FilmContact {
-  Eigen::Vector3d point_m;             ///< x, in the middle of the film
-  Eigen::Vector3d normal;              ///< n, from the second surface to the first
-  double gap_m = 0.0;                  ///< between the surfaces; negative where they overlap
-  double squeezing_N_s_per_m = 0.0;    ///< Z
-  double sliding_N_s_per_m = 0.0;      ///< F_v
-  double force_of_turning_N_s = 0.0;   ///< F_ω
-  double torque_of_sliding_N_s = 0.0;  ///< T_v
-  double turning_N_m_s = 0.0;          ///< T_ω
-  double spinning_N_m_s = 0.0;         ///< T_n
+  Eigen::Vector3d point_m;                      ///< x, in the middle of the film
+  Eigen::Vector3d normal;                       ///< n, from the second surface to the first
+  double gap_m = 0.0;                           ///< between the surfaces; negative where they overlap
+  double squeezing_N_s_per_m = 0.0;             ///< Z
+  Eigen::Vector2d sliding_N_s_per_m{0, 0};      ///< F_v
+  Eigen::Vector2d force_of_turning_N_s{0, 0};   ///< F_ω
+  Eigen::Vector2d torque_of_sliding_N_s{0, 0};  ///< T_v
+  Eigen::Vector2d turning_N_m_s{0, 0};          ///< T_ω
+  double spinning_N_m_s = 0.0;                  ///< T_n
+  Eigen::Vector3d along{0, 0, 0};               ///< e, a unit vector normal to n; zero where both values are the same
 
   /// W of a relative motion (V, Δω) about the origin.
   [[nodiscard]] double normal_velocity(const Eigen::Vector<double, 6>& motion) const;
@@ -36,8 +37,9 @@ struct FilmContact {
 };
 
 /// Finds the films between a body and a surface near it, as far as the fluid does not resolve them. A sphere has one
-/// piece, with the thickness h(ρ) = h₀ + ρ²/2R. A capsule has one at each end, as far as the half sphere is part of the
-/// film, and slices between them, with the thickness h₀ + λx²/2 across the axis.
+/// piece, with the thickness h(ρ) = h₀ + ρ²/2R. So has an ellipsoid, with the curvatures where it is nearest. A capsule
+/// has one at each end, as far as the half sphere is part of the film, and slices between them, with the thickness
+/// h₀ + λx²/2 across the axis.
 ///
 /// By Reynolds' equation the pressure is p = −(3 R W + 6/5 u·x) μ/h², of a slice −6μW/(λh²). With the share 1 − w of
 /// the film that the fluid does not resolve,                                                     [theory.md, (C20)]
@@ -48,9 +50,9 @@ struct FilmContact {
 /// usual 1/h₀ − 1/h_c. I₁ beside it is the next term of the exact series [Brenner, Chem. Eng. Sci. 16, 1961; Jeffrey &
 /// Onishi, J. Fluid Mech. 139, 1984]. The terms left out here are what the fluid around the film lacks, since no cells
 /// take up what flows out of it, fitted to the exact loads of spheres [docs/decisions/lubrication.md].
-/// @param first     core of the body, radius `radius_m`; in the frame of `second`: relative to a body's centre
+/// @param first     of the body, in the frame of `second`: relative to the body's centre
 /// @param contacts  overwritten
-void find_film(const CoreSegment& first, double radius_m, const NearSurface& second, const FilmRange& range,
-               double viscosity_Pa_s, const FilmLimits& limits, std::vector<FilmContact>& contacts);
+void find_film(const NearSurface& first, const NearSurface& second, const FilmRange& range, double viscosity_Pa_s,
+               const FilmLimits& limits, std::vector<FilmContact>& contacts);
 
 }  // namespace copepod::coupler

@@ -111,12 +111,11 @@ void Lubrication::find_films() {
   }
   surfaces_->find(moved_);
   for (std::size_t body = 0; body < motion_.size(); ++body) {
-    const Shape& shape = fluid_.bodies[body];
+    NearSurface own = surfaces_->surface_of(static_cast<int>(body), moved_);
+    own.core.centre_W_m.setZero();
     for (const NearSurface& surface : surfaces_->of_body(body)) {
       if (is_done(static_cast<int>(body), surface)) continue;
-      const Eigen::Vector3d axis = z_axis(moved_.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
-      const CoreSegment core{Eigen::Vector3d::Zero(), core_half_length_m(shape) * axis};
-      find_film(core, shape.radius_m, surface, range, viscosity_Pa_s, limits_, contacts_);
+      find_film(own, surface, range, viscosity_Pa_s, limits_, contacts_);
       if (!contacts_.empty()) add_film(static_cast<int>(body), surface);
     }
   }

@@ -56,9 +56,17 @@ struct Shape {
 
 using ShapePart = PartOf<Shape>;  ///< of a compound
 
-/// Whether a shape is all points within `radius_m` of its core segment. Thin films and contacts of our own are those of
-/// such shapes.
+/// Whether a shape is all points within `radius_m` of its core segment. Contacts of our own are those of such shapes.
 inline bool is_round(const Shape& shape) { return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::capsule; }
+
+/// Whether thin films between two shapes are known: of spheres and capsules, and of spheres and ellipsoids. A shape
+/// that has one with its like has one with walls.
+inline bool have_films(const Shape& A, const Shape& B) {
+  const auto is_smooth = [](const Shape& shape) {
+    return shape.kind == ShapeKind::sphere || shape.kind == ShapeKind::ellipsoid;
+  };
+  return (is_round(A) && is_round(B)) || (is_smooth(A) && is_smooth(B));
+}
 
 /// Whether it matters how the shape is turned.
 inline bool has_orientation(const Shape& shape) { return shape.kind != ShapeKind::sphere; }

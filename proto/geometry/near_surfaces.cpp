@@ -4,8 +4,10 @@
 #include <cmath>
 
 namespace copepod {
+
 double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
   if (!is_body()) return distance_of_centre_m + normal.dot(point_m);
+  if (is_ellipsoid()) return separation({point_m}, smooth()).gap_m;
   return segment_distance_m({point_m, Eigen::Vector3d::Zero()}, core) - radius_m;
 }
 
@@ -25,21 +27,28 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
     if (setup.symmetry_planes[axis]) length_m_[static_cast<Eigen::Index>(axis)] *= 0.5;
 }
 
-CoreSegment NearSurfaces::core(int body, const Kinematics& kinematics) const {
-  return core_of(setup_.bodies[static_cast<std::size_t>(body)], body, kinematics.position_m,
-                 kinematics.orientation_wxyz);
+NearSurface NearSurfaces::surface_of(int body, const Kinematics& kinematics) const {
+  const Shape& shape = setup_.bodies[static_cast<std::size_t>(body)];
+  NearSurface surface{.other = body, .radius_m = shape.radius_m};
+  surface.core = core_of(shape, body, kinematics.position_m, kinematics.orientation_wxyz);
+  if (shape.kind == ShapeKind::ellipsoid) {
+    const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(body));
+    surface.squares_m2 = R_WB * shape.extents_m.cwiseAbs2().asDiagonal() * R_WB.transpose();
+    surface.radius_m = 0.0;
+  }
+  return surface;
 }
 
 void NearSurfaces::find(const Kinematics& kinematics) {
   for (auto& surfaces : surfaces_) surfaces.clear();
-  const auto round = [this](int body) { return is_round(setup_.bodies[static_cast<std::size_t>(body)]); };
+  const auto shape = [this](int body) -> const Shape& { return setup_.bodies[static_cast<std::size_t>(body)]; };
   for (const auto& [A, B] : near_pairs_.at(kinematics.position_m)) {
-    if (!round(A) || !round(B)) continue;
+    if (!have_films(shape(A), shape(B))) continue;
     add_images(A, B, kinematics);
     add_images(B, A, kinematics);
   }
   for (int body = 0; body < static_cast<int>(surfaces_.size()); ++body) {
-    if (!round(body)) continue;
+    if (!have_films(shape(body), shape(body))) continue;
     add_images(body, body, kinematics);
     auto& surfaces = surfaces_[static_cast<std::size_t>(body)];
     std::ranges::stable_sort(surfaces, {}, &NearSurface::other);
@@ -50,33 +59,36 @@ void NearSurfaces::find(const Kinematics& kinematics) {
 /// The other body, its images through periodic faces and, where both are near mirrors, those in them. A mirror image is
 /// further away than the body itself, so that its own are all that a body may meet beside those of its partners.
 void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics) {
-  const CoreSegment own{Eigen::Vector3d::Zero(), core(body, kinematics).half_W_m};
-  const CoreSegment original = core(other, kinematics);
+  NearSurface own = surface_of(body, kinematics);
+  own.core.centre_W_m.setZero();
+  const NearSurface original = surface_of(other, kinematics);
   const Eigen::Vector3d centre_m = kinematics.position_m.col(body);
-  const Shape& shape = setup_.bodies[static_cast<std::size_t>(body)];
-  const double reach_m =
-      bounding_radius_m(shape) + bounding_radius_m(setup_.bodies[static_cast<std::size_t>(other)]) + reach_m_;
+  const double reach_m = bounding_radius_m(setup_.bodies[static_cast<std::size_t>(body)]) +
+                         bounding_radius_m(setup_.bodies[static_cast<std::size_t>(other)]) + reach_m_;
   const bool jointed = std::ranges::binary_search(setup_.jointed, BodyPair(std::minmax({body, other})));
   for (unsigned axes = other == body && reach_m < shortest_period_m_ ? 1 : 0; axes < 8; ++axes) {
-    NearSurface surface{.other = other, .core = original};
-    surface.radius_m = setup_.bodies[static_cast<std::size_t>(other)].radius_m;
+    NearSurface surface = original;
     bool exists = true;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       if (((axes >> axis) & 1U) == 0) continue;
       const bool high = centre_m[axis] > 0.5 * length_m_[axis];
       const double plane_m = high ? length_m_[axis] : 0.0;
-      const bool cut = std::abs(original.centre_W_m[axis] - plane_m) < 1e-6 * setup_.cell_size_m;  // its own image
+      const bool cut = std::abs(original.core.centre_W_m[axis] - plane_m) < 1e-6 * setup_.cell_size_m;  // its own image
       exists = exists && mirror_[static_cast<std::size_t>(2 * axis + (high ? 1 : 0))] && !cut;
       surface.mirrored[static_cast<std::size_t>(axis)] = true;
-      surface.core.centre_W_m[axis] = 2.0 * plane_m - original.centre_W_m[axis];
+      surface.core.centre_W_m[axis] = 2.0 * plane_m - original.core.centre_W_m[axis];
       surface.core.half_W_m[axis] *= -1.0;
+      surface.squares_m2.row(axis) *= -1.0;
+      surface.squares_m2.col(axis) *= -1.0;
     }
     if (!exists) continue;
     const Eigen::Vector3d apart_m = surface.core.centre_W_m - centre_m;
     near_pairs_.images().for_each(apart_m, reach_m, [&](const Eigen::Vector3d& place_m, const auto& number) {
       if (axes == 0 && other == body && number.isZero(0.0)) return;
       surface.core.centre_W_m = place_m;
-      const double gap_m = segment_distance_m(own, surface.core) - shape.radius_m - surface.radius_m;
+      const double gap_m = own.is_ellipsoid() || surface.is_ellipsoid()
+                               ? separation(own.smooth(), surface.smooth()).gap_m
+                               : segment_distance_m(own.core, surface.core) - own.radius_m - surface.radius_m;
       const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
       if (gap_m < reach_m_ && !one_surface) surfaces_[static_cast<std::size_t>(body)].push_back(surface);
     });
@@ -84,14 +96,14 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
 }
 
 void NearSurfaces::add_walls(int body, const Kinematics& kinematics) {
-  const CoreSegment own = core(body, kinematics);
+  const NearSurface own = surface_of(body, kinematics);
   for (int face = 0; face < 6; ++face) {
     const auto number = static_cast<std::size_t>(face);
     if (!setup_.boundaries[number].is_wall(number) || mirror_[number]) continue;
     const Eigen::Index axis = face / 2;
     const double sign = face % 2 == 0 ? 1.0 : -1.0;
-    const double distance_m = face % 2 == 0 ? own.centre_W_m[axis] : length_m_[axis] - own.centre_W_m[axis];
-    const double extent_m = setup_.bodies[static_cast<std::size_t>(body)].radius_m + std::abs(own.half_W_m[axis]);
+    const double distance_m = face % 2 == 0 ? own.core.centre_W_m[axis] : length_m_[axis] - own.core.centre_W_m[axis];
+    const double extent_m = own.radius_m + std::abs(own.core.half_W_m[axis]) + std::sqrt(own.squares_m2(axis, axis));
     if (distance_m - extent_m >= reach_m_) continue;
     NearSurface wall{.face = face};
     wall.normal[axis] = sign;

@@ -11,6 +11,7 @@
 #include "contract/fluid_setup.hpp"
 #include "geometry/near_pairs.hpp"
 #include "geometry/segment_distance.hpp"
+#include "geometry/smooth_surface.hpp"
 
 namespace copepod {
 
@@ -33,23 +34,27 @@ struct FilmRange {
 /// A surface near a body, relative to that body's centre: of another body, of the image of a body through a periodic
 /// face or mirrors, or of a wall.
 struct NearSurface {
-  int other = -1;                     ///< the body whose surface or image it is; −1: a wall
-  std::array<bool, 3> mirrored{};     ///< the image: axes along which it is mirrored
-  CoreSegment core{};                 ///< of a body
-  double radius_m = 0.0;              ///< of a body
-  int face = -1;                      ///< of a wall: its place in FluidSetup::boundaries
-  Eigen::Vector3d normal{0, 0, 0};    ///< of a wall: unit vector into the fluid
-  double distance_of_centre_m = 0.0;  ///< of a wall: from the body's centre
+  int other = -1;                                               ///< the body whose surface or image it is; −1: a wall
+  std::array<bool, 3> mirrored{};                               ///< the image: axes along which it is mirrored
+  CoreSegment core{};                                           ///< of a body
+  double radius_m = 0.0;                                        ///< of a sphere or capsule
+  Eigen::Matrix3d squares_m2 = Eigen::Matrix3d::Zero().eval();  ///< of an ellipsoid, see SmoothSurface
+  int face = -1;                                                ///< of a wall: its place in FluidSetup::boundaries
+  Eigen::Vector3d normal{0, 0, 0};                              ///< of a wall: unit vector into the fluid
+  double distance_of_centre_m = 0.0;                            ///< of a wall: from the body's centre
 
-  [[nodiscard]] bool is_body() const { return other >= 0; }                             ///< else a wall
-  [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }  ///< in a mirror
+  [[nodiscard]] bool is_body() const { return other >= 0; }  ///< else a wall
+  [[nodiscard]] bool is_ellipsoid() const { return squares_m2(0, 0) > 0.0; }
+  [[nodiscard]] SmoothSurface smooth() const { return {core.centre_W_m, radius_m, squares_m2}; }  ///< unless a capsule
+  [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }            ///< in a mirror
   /// From a point, relative to the body's centre, to the surface [m].
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
 };
 
 /// The surfaces that are near each body of a fluid: of others, of all their images through periodic faces and in
 /// mirrors, of its own images, and of walls. Mirrors are symmetry planes and faces with free slip. Two bodies that a
-/// joint holds in touch, or lets overlap, are not near each other. Only spheres and capsules have such surfaces.
+/// joint holds in touch, or lets overlap, are not near each other. Only shapes between which films are known have such
+/// surfaces (have_films).
 class NearSurfaces {
  public:
   /// @param reach_m  surfaces that are further apart are left out
@@ -61,8 +66,10 @@ class NearSurfaces {
   /// Bodies by ascending number, then walls by face.
   [[nodiscard]] const std::vector<NearSurface>& of_body(std::size_t body) const { return surfaces_[body]; }
 
+  /// The body's own surface, in the world.
+  [[nodiscard]] NearSurface surface_of(int body, const Kinematics& kinematics) const;
+
  private:
-  [[nodiscard]] CoreSegment core(int body, const Kinematics& kinematics) const;
   void add_images(int body, int other, const Kinematics& kinematics);
   void add_walls(int body, const Kinematics& kinematics);
 

@@ -27,10 +27,10 @@ bool rests(const BodySpecification& body) {
           body.angular_velocity_rad_per_s.isZero(0.0));
 }
 
-/// Thin films, which cells do not resolve, are known of spheres and capsules.
+/// Thin films, which cells do not resolve, are not known of all shapes.
 std::string remedy(bool films_are_known) {
   return films_are_known ? ", or write lubrication: {cut_off_cells: auto}."
-                         : ": lubrication is of spheres and capsules.";
+                         : ": lubrication is of spheres with capsules or ellipsoids.";
 }
 
 /// Judges the gap between a body and a face that is not periodic as the fluid service does
@@ -43,10 +43,10 @@ void check_gap(double gap_m, const FluidCase& fluid, std::size_t face, const Bod
     if (rests(body)) return;
     problems.error(path, "body '" + body.name + "' reaches " + length_text(-gap_m) + " beyond the " + axis +
                              " face (bodies that move must lie inside the domain). Move it, or enlarge domain_cells.");
-  } else if (gap_m < fluid.cell_size_m && (fluid.film_thickness_m == 0.0 || !is_round(body.shape))) {
+  } else if (gap_m < fluid.cell_size_m && (fluid.film_thickness_m == 0.0 || !have_films(body.shape, body.shape))) {
     problems.warning(path, "body '" + body.name + "' is less than one cell from the " + axis +
                                " face (no fluid cell in between: its forces will be wrong). Move it away" +
-                               remedy(is_round(body.shape)));
+                               remedy(have_films(body.shape, body.shape)));
   }
 }
 
@@ -137,7 +137,7 @@ void check_overlaps(const FluidCase& fluid, const Assembly& assembly, Problems& 
     if (gap < 0.0) {
       problems.error(assembly.body_paths[b],
                      pair + " overlap by " + length_text(-gap) + " (solid bodies cannot). Move them apart.");
-    } else if (const bool films = is_round(A.shape) && is_round(B.shape);
+    } else if (const bool films = have_films(A.shape, B.shape);
                gap < fluid.cell_size_m && (fluid.film_thickness_m == 0.0 || !films)) {
       problems.warning(assembly.body_paths[b], pair +
                                                    " are less than one cell apart (no fluid cell in between: a "

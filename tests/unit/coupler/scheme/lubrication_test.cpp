@@ -403,6 +403,63 @@ TEST(Lubrication, OfACapsuleNearlyAlongAWallPushesItFlat) {
   EXPECT_GT(std::abs(bodies.loads().torque_N_m(1, 0)), bodies.loads().force_N(2, 0));  // an arm of more than a metre
 }
 
+Shape ellipsoid(const Eigen::Vector3d& semi_axes_m) {
+  return {.kind = ShapeKind::ellipsoid, .radius_m = std::cbrt(semi_axes_m.prod()), .extents_m = semi_axes_m};
+}
+
+TEST(Lubrication, OfAnEllipsoidWithEqualAxesIsThatOfASphere) {
+  for (const bool is_pair : {false, true}) {
+    std::vector<Loads> found;
+    for (const Shape& shape : {sphere, ellipsoid({radius_m, radius_m, radius_m})}) {
+      Bodies bodies(is_pair ? std::vector<Shape>{shape, sphere} : std::vector<Shape>{shape});
+      bodies.kinematics.position_m(2, 0) = radius_m + 0.3;
+      bodies.kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(0.8, 0.0, 0.6, 0.0);
+      bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0.4, -0.2, -1.0);
+      bodies.kinematics.angular_velocity_rad_per_s.col(0) = Eigen::Vector3d(0.01, 0.02, -0.03);
+      if (is_pair) bodies.kinematics.position_m.col(1) = Eigen::Vector3d(50 + 12.0, 50 + 16.1, radius_m + 2.0);
+      found.push_back(bodies.loads());
+    }
+    EXPECT_GT(found[0].force_N.norm(), 1.0);
+    EXPECT_LT((found[1].force_N - found[0].force_N).norm(), 1e-9 * found[0].force_N.norm());
+    EXPECT_LT((found[1].torque_N_m - found[0].torque_N_m).norm(), 1e-9 * found[0].torque_N_m.norm());
+  }
+}
+
+TEST(Lubrication, OfEllipsoidsIsThatOfTheirCurvatures) {
+  // 12π μ W / ((λ₁ + λ₂) √(λ₁λ₂) h), λ the principal curvatures of both surfaces together.
+  const Eigen::Vector3d a(12, 8, 20);
+  const Eigen::Vector2d of_one(a[2] / (a[0] * a[0]), a[2] / (a[1] * a[1]));  // at the end of the z axis
+  const double turned = std::sqrt(0.5);                                      // a quarter about z
+  const double thin_m = 1e-3;
+  for (const auto& [partner, curvatures_per_m] :
+       {std::pair<double, Eigen::Vector2d>{-1.0, of_one}, {1.0, 2.0 * of_one}, {turned, of_one + of_one.reverse()}}) {
+    const bool at_wall = partner < 0.0;
+    Bodies bodies(at_wall ? std::vector<Shape>{ellipsoid(a)} : std::vector<Shape>{ellipsoid(a), ellipsoid(a)});
+    bodies.kinematics.position_m(2, 0) = at_wall ? a[2] + thin_m : 65.0;
+    bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -1);
+    if (!at_wall) {
+      bodies.kinematics.position_m(2, 1) = 65.0 - 2.0 * a[2] - thin_m;
+      bodies.kinematics.orientation_wxyz.col(1) = Eigen::Vector4d(partner, 0, 0, std::sqrt(1.0 - partner * partner));
+    }
+    const double force_N =
+        12 * std::numbers::pi * viscosity_Pa_s / (curvatures_per_m.sum() * std::sqrt(curvatures_per_m.prod()) * thin_m);
+    EXPECT_NEAR(bodies.loads().force_N(2, 0) / force_N, 1.0, 0.02) << partner;
+  }
+}
+
+TEST(Lubrication, OfATiltedEllipsoidActsWhereItIsNearest) {
+  Bodies bodies({ellipsoid({8, 8, 20})});
+  const double tilt = 0.5;  // of the long axis towards x; the nearest point is the one with the normal −z
+  const double height_m = std::hypot(8 * std::sin(tilt), 20 * std::cos(tilt));
+  bodies.kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(std::cos(0.5 * tilt), 0, std::sin(0.5 * tilt), 0);
+  bodies.kinematics.position_m(2, 0) = height_m + 1e-3;
+  bodies.kinematics.velocity_m_per_s.col(0) = Eigen::Vector3d(0, 0, -1);
+  const double arm_m = (64.0 - 400.0) * std::sin(tilt) * std::cos(tilt) / height_m;  // along x
+  const Loads loads = bodies.loads();
+  EXPECT_NEAR(loads.torque_N_m(1, 0) / loads.force_N(2, 0), -arm_m, 0.01 * std::abs(arm_m));
+  EXPECT_NEAR(loads.torque_N_m(0, 0), 0.0, 1e-6 * std::abs(loads.torque_N_m(1, 0)));
+}
+
 TEST(Lubrication, IsNothingWithoutFilms) {
   Bodies bodies = at_the_wall(0.1);
   bodies.fluid.film_thickness_m = 0.0;

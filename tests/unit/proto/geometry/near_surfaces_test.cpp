@@ -51,15 +51,40 @@ TEST(NearSurfaces, AreThoseOfBodiesAndWallsWithinReach) {
   EXPECT_TRUE(surfaces.of_body(2).empty());
 }
 
-TEST(NearSurfaces, AreThoseOfSpheresAndCapsulesOnly) {
+TEST(NearSurfaces, AreThoseBetweenWhichFilmsAreKnown) {
   FluidSetup setup = box(3, BoundaryKind::no_slip);
-  setup.bodies[1] = {.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {2, 2, 2}};
+  setup.bodies[1] = {.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {2, 1, 4}};
+  const Kinematics kinematics = at({{10, 10, 2.5}, {14.5, 10, 4.5}, {10, 14.5, 4.0}});
+  using Others = std::vector<std::pair<int, int>>;  // body, face
+  const auto others = [&](std::size_t body, const Shape& first) {
+    setup.bodies[0] = first;
+    NearSurfaces surfaces(setup, 1.0);
+    surfaces.find(kinematics);
+    Others found;
+    for (const NearSurface& surface : surfaces.of_body(body)) found.emplace_back(surface.other, surface.face);
+    return found;
+  };
+  const Shape sphere{ShapeKind::sphere, 2.0, 0.0}, capsule{ShapeKind::capsule, 2.0, 1e-6};
+  EXPECT_EQ(others(0, sphere), (Others{{1, -1}, {2, -1}, {-1, 4}}));
+  EXPECT_EQ(others(1, sphere), (Others{{0, -1}, {-1, 4}}));
+  EXPECT_EQ(others(0, capsule), (Others{{2, -1}, {-1, 4}}));
+  EXPECT_EQ(others(1, capsule), (Others{{-1, 4}}));
+  EXPECT_EQ(others(0, {ShapeKind::box, 2.0, 0.0, {4, 4, 4}}), Others{});
+}
+
+TEST(NearSurfaces, OfAnEllipsoidInAMirrorIsItsImage) {
+  FluidSetup setup = box(1, BoundaryKind::free_slip);
+  setup.bodies[0] = {.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {1, 2, 4}};
+  Kinematics kinematics = at({{10, 10, 3.6}});
+  kinematics.orientation_wxyz.col(0) = Eigen::Vector4d(std::cos(0.3), 0, std::sin(0.3), 0);
   NearSurfaces surfaces(setup, 1.0);
-  surfaces.find(at({{10, 10, 2.5}, {14.5, 10, 2.5}, {10, 14.5, 4.0}}));
-  ASSERT_EQ(surfaces.of_body(0).size(), 2U);
-  EXPECT_EQ(surfaces.of_body(0)[0].other, 2);
-  EXPECT_EQ(surfaces.of_body(0)[1].face, 4);
-  EXPECT_TRUE(surfaces.of_body(1).empty());
+  surfaces.find(kinematics);
+  ASSERT_EQ(surfaces.of_body(0).size(), 1U);
+  const Eigen::Vector3d n(0.0, 0.0, 1.0);
+  const Eigen::Vector3d nearest =
+      surfaces.surface_of(0, kinematics).smooth().support_m(-n) - Eigen::Vector3d(10, 10, 3.6);
+  EXPECT_NEAR(surfaces.of_body(0)[0].distance_m(nearest), 2.0 * (3.6 + nearest.z()), 1e-9);
+  EXPECT_GT(std::abs(nearest.x()), 0.5);
 }
 
 TEST(NearSurfaces, AreThoseOfPeriodicImages) {
