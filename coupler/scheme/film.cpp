@@ -129,7 +129,7 @@ class FilmFinder {
     const Eigen::Matrix2d K1 = curvatures_per_m(first);
     const Eigen::Matrix2d K2 = second_.is_body() ? curvatures_per_m(second_.smooth()) : Eigen::Matrix2d::Zero().eval();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> K(K1 + K2);
-    const Eigen::Vector2d k = K.eigenvalues();
+    const Eigen::Vector2d& k = K.eigenvalues();
     const double R = 2.0 / k.sum();
     // An ellipsoid is h₀ + s + s²/2H thick where its parabola is h₀ + s, with H from the point to the centre along n.
     const auto bluntness = [&](const SmoothSurface& surface, double mean_per_m) {

@@ -447,6 +447,39 @@ TEST(Lubrication, OfEllipsoidsIsThatOfTheirCurvatures) {
   }
 }
 
+/// What multiplies the logarithm of the gap [theory.md, (C20)], in both principal directions.
+TEST(Lubrication, OfAnEllipsoidThatSlidesAndTurnsIsThatOfItsCurvatures) {
+  const Eigen::Vector3d a(12, 8, 20);
+  const Eigen::Array2d k(a[2] / (a[0] * a[0]), a[2] / (a[1] * a[1]));
+  const Eigen::Array2d pressure = 3.0 * k / (3.0 * k + 2.0 * k.reverse());
+  const double viscous = 2 * std::numbers::pi * viscosity_Pa_s / std::sqrt(k.prod()) * decades;
+  const auto loads_at = [&](double gap, const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
+    Bodies bodies({ellipsoid(a)});
+    bodies.kinematics.position_m(2, 0) = a[2] + gap;
+    bodies.kinematics.velocity_m_per_s.col(0) = v;
+    bodies.kinematics.angular_velocity_rad_per_s.col(0) = w;
+    const Loads loads = bodies.loads();
+    Eigen::Vector<double, 6> both;
+    both << loads.force_N.col(0), loads.torque_N_m.col(0);
+    return both;
+  };
+  const Eigen::Vector3d none(0, 0, 0);
+  for (const int i : {0, 1}) {
+    const Eigen::Vector3d along = Eigen::Vector3d::Unit(i);
+    const double force_N = loads_at(gap_m, along, none)[i] - loads_at(10 * gap_m, along, none)[i];
+    EXPECT_NEAR(force_N / (viscous * (1.0 + pressure[i])), -1.0, 0.001) << i;
+    // About the point on the wall, where v = 0: F_ω.
+    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(along);
+    const Eigen::Vector3d v = a[2] * axis.cross(Eigen::Vector3d::UnitZ());
+    const auto change = loads_at(gap_m, v, axis) - loads_at(10 * gap_m, v, axis);
+    EXPECT_NEAR(change[i] / (viscous * 6.0 / (3.0 * k[i] + 2.0 * k[1 - i])), -1.0, 0.01) << i;
+  }
+  const auto squeezing = [&](double gap) { return loads_at(gap, {0, 0, -1}, none)[2]; };
+  const double R = 2.0 / k.sum();
+  const double series = (squeezing(gap_m) - squeezing(10 * gap_m)) / (3.0 * viscous / decades) - R * 0.9 / gap_m;
+  EXPECT_NEAR(series / decades, 0.2 + 0.75 * (1.0 - R / a[2]), 0.01);
+}
+
 TEST(Lubrication, OfATiltedEllipsoidActsWhereItIsNearest) {
   Bodies bodies({ellipsoid({8, 8, 20})});
   const double tilt = 0.5;  // of the long axis towards x; the nearest point is the one with the normal −z

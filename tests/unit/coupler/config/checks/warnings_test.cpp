@@ -49,6 +49,15 @@ const std::vector<Doubtful> doubtful_cases{
     {"beads_close_together",
      {"swimmers.0.rest_gap_m=[0.5e-6, 8.0e-6]", "lubrication.cut_off_cells=none"},
      "less than one cell apart"},
+    {"box_close_to_a_wall",
+     {"bodies=[{name: dice, shape: box, edges_m: [8.0e-6, 8.0e-6, 8.0e-6], mass_kg: 7.0e-13, "
+      "position_m: [9.0e-6, 9.0e-6, 4.5e-6]}]"},
+     "Move it away: lubrication is of spheres with capsules or ellipsoids."},
+    {"ellipsoid_close_to_a_capsule",
+     {"bodies=[{name: egg, shape: ellipsoid, semi_axes_m: [4.0e-6, 4.0e-6, 5.0e-6], mass_kg: 4.6e-13, "
+      "position_m: [9.0e-6, 9.0e-6, 12.0e-6]}, {name: rod, shape: capsule, radius_m: 4.0e-6, length_m: 8.0e-6, "
+      "mass_kg: 9.0e-13, position_m: [17.5e-6, 9.0e-6, 12.0e-6]}]"},
+     "use smaller cells: lubrication is of spheres with capsules or ellipsoids."},
     {"bead_of_a_cell", {"swimmers.0.beads.1.radius_m=1.0e-6"}, "a radius of 1 cells"},
     {"strong_stroke", {"swimmers.0.stroke.amplitude_N=2.0e-3", "fluid.collision=trt"}, "compressibility shows"},
     {"pressure_of_some_per_cent", {"fluid.boundaries={z: {high: {pressure_Pa: 5.0e7}}}"}, "volume fluxes will differ"},
@@ -171,6 +180,15 @@ TEST(DoubtfulCases, AreNotRestLengthsOfStiffSpringsThatVaryLittle) {
                              "amplitude_m."),
             std::string::npos)
       << warnings[0];
+}
+
+TEST(DoubtfulCases, AreNotEllipsoidsWithThinFilms) {
+  const LoadedCase loaded = load_case(
+      CONFIGS "/quick/three_sphere.yaml",
+      {"bodies=[{name: egg, shape: ellipsoid, semi_axes_m: [4.0e-6, 4.0e-6, 5.0e-6], mass_kg: 4.6e-13, position_m: "
+       "[9.0e-6, 9.0e-6, 5.5e-6]}, {name: ball, radius_m: 4.0e-6, mass_kg: 3.6e-13, position_m: [17.5e-6, 9.0e-6, "
+       "5.5e-6]}]"});
+  for (const std::string& warning : loaded.warnings) EXPECT_EQ(warning.find("less than one cell"), std::string::npos);
 }
 
 TEST(DoubtfulCases, AreNotStrongForcesThatInertiaResists) {
