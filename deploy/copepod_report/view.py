@@ -68,31 +68,16 @@ def flow_slice(run: RunRecord, box: Any) -> Any:
 
 def figure(scene: Mapping[str, Any]) -> str:
     """The view of a scene; without three.js a line that names the missing package."""
-    return str(HTML.view(scene, caption(scene)) if THREE_JS.is_file() else HTML.view_missing())
+    box = scene["box"]
+    return str(HTML.view(scene, _faces(box) if box else "") if THREE_JS.is_file() else HTML.view_missing())
 
 
-def caption(scene: Mapping[str, Any]) -> str:
-    """What is shown, and the domain."""
-    box, frames, bodies = scene["box"], len(scene["motion"]["steps"]), len(scene["bodies"])
-    sentences = [f"{bodies} {'body' if bodies == 1 else 'bodies'}, {frames} samples of the trajectory."]
-    if box and box["size"]:
-        size = " × ".join(f"{length:.4g}" for length in box["size"])
-        sentences.append(f"Domain {size} {scene['unit']}; {_faces(box)}.")
-    elif box:
-        sentences.append(f"Wall at {box['walls'][0][0]} = 0.")
-    return " ".join(sentences)
-
-
-def _faces(box: Mapping[str, Any]) -> str:
+def _faces(box: Mapping[str, list[str]]) -> str:
     """«walls at x, y and z low; periodic along z; mirror planes across x and y»."""
     whole = [axis for axis in "xyz" if {f"{axis}_low", f"{axis}_high"} <= set(box["walls"])]
     single = [name.replace("_", " ") for name in box["walls"] if name[0] not in whole]
-    kinds = (
-        ("walls at", whole + single),
-        ("periodic along", box["periodic"]),
-        ("mirror planes across", box["symmetry"]),
-    )
-    return "; ".join(f"{kind} {', '.join(names)}" for kind, names in kinds if names) or "open on all sides"
+    kinds = {"walls at": whole + single, "periodic along": box["periodic"], "mirror planes across": box["symmetry"]}
+    return "; ".join(f"{kind} {', '.join(names)}" for kind, names in kinds.items() if names) or "open on all sides"
 
 
 def scripts() -> str:

@@ -1,8 +1,7 @@
 """Noise of the loads on a sphere that crosses the grid at a constant velocity, straight and obliquely."""
 
 import json
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +20,7 @@ _PATHS = {
 }
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     path: str
     tau: float
 
