@@ -252,14 +252,9 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     top = top_speed_m_per_s(run, picture) if top_m_per_s is None else top_m_per_s
     power, prefix = prefix_of(top, -6)
     unit = 10.0**power
-    image = axes.imshow(
-        picture.speed_m_per_s / unit,
-        origin="lower",
-        extent=box,
-        cmap=FLOW,
-        interpolation="bilinear",
-        norm=PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30)),
-    )
+    scale = PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30))
+    look: dict[str, Any] = {"origin": "lower", "extent": box, "cmap": FLOW, "interpolation": "bilinear"}
+    image = axes.imshow(picture.speed_m_per_s / unit, norm=scale, **look)
     if top > 0:
         velocity = picture.velocity_along_m_per_s[part], picture.velocity_across_m_per_s[part]
         look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}

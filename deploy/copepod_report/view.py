@@ -42,14 +42,11 @@ def flow_slice(run: RunRecord, box: Any) -> Any:
     picture = flow.choose(run, flow.View())
     if picture is None:
         return None
-    low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-    cell = [size / cells for size, cells in zip(box["size"], run.case["fluid"]["domain_cells"])]
-    for axis, first, cells in zip(
-        (picture.along, picture.across), picture.corner_cells, picture.speed_m_per_s.shape[::-1]
-    ):
-        low[axis], high[axis] = first * cell[axis], (first + cells) * cell[axis]
-    low[picture.normal] = high[picture.normal] = picture.at_m / run.cell_size_m * cell[picture.normal]
-    along, across = sorted((picture.along, picture.across))
+    corners, seen = np.empty((2, 3)), [picture.along, picture.across]  # in cells
+    corners[:, seen] = np.add(picture.corner_cells, [(0, 0), picture.speed_m_per_s.shape[::-1]])
+    corners[:, picture.normal] = picture.at_m / run.cell_size_m
+    low, high = (corners * np.divide(box["size"], run.case["fluid"]["domain_cells"])).tolist()
+    along, across = sorted(seen)
     speed = picture.speed_m_per_s if picture.along == along else picture.speed_m_per_s.T
     rows, columns = (max(1, math.ceil(cells / _MOST_CELLS)) for cells in speed.shape)
     shown = speed[::rows, ::columns]

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from copepod_run import cleanup
 from copepod_run.cleanup import COMPONENT, MARK
@@ -164,7 +164,7 @@ class RunProcess:
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str], output: IO[bytes] | int) -> None:
         """`command`: up to its options; `output`: for the result table."""
-        streams = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.PIPE}
+        streams: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.PIPE}
         self._popen = start_child([*command, "--progress", "json"], env=environment, **streams)
         assert self._popen.stderr is not None
         self._stderr = self._popen.stderr
