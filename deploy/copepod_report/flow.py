@@ -104,17 +104,10 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
         velocity = velocity.swapaxes(0, 1)
     if min(velocity.shape[:2]) < 2:
         raise _unusable(f"--plane {_AXES[along]}{_AXES[across]}", run, "its field is one cell thick there", "Use auto")
-    return FlowPicture(
-        along,
-        across,
-        at_cells * run.cell_size_m,
-        velocity[..., along],
-        velocity[..., across],
-        (first_cell[along], first_cell[across]),
-        (window[0], window[1]),
-        view.frame,
-        _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None,
-    )
+    components, corner = (velocity[..., along], velocity[..., across]), (first_cell[along], first_cell[across])
+    shown = _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None
+    place_m, times = at_cells * run.cell_size_m, (window[0], window[1])
+    return FlowPicture(along, across, place_m, *components, corner, times, view.frame, shown)
 
 
 def _unusable(option: str, run: RunRecord, reason: str, advice: str) -> Stop:

@@ -104,12 +104,8 @@ class Fall(NamedTuple):
 
 def evaluate(run: Trajectory, point: Point) -> Fall:
     motion = run.of("sphere")
-    return Fall(
-        point.oil,
-        run.steps * point.step_s,
-        -motion["velocity_m_per_s"][:, 2] / _SPEED,
-        motion["position_m"][:, 2] / point.diameter - 0.5,
-    )
+    speed, gap = -motion["velocity_m_per_s"][:, 2] / _SPEED, motion["position_m"][:, 2] / point.diameter - 0.5
+    return Fall(point.oil, run.steps * point.step_s, speed, gap)
 
 
 def section(results: Results[Fall]) -> Section:
