@@ -56,6 +56,7 @@ class Arguments(unittest.TestCase):
         with contextlib.redirect_stdout(stdout), self.assertRaisesRegex(SystemExit, "^0$"):
             parse(["report", "--help"])
         self.assertIn("\npicture of the flow:\n  of runs that recorded one (output.fields)\n", stdout.getvalue())
+        self.assertIn("[--out FOLDER]", stdout.getvalue())
 
     def test_everything_in_the_table_of_commands_is_there_and_used(self):
         table = tomllib.loads(_COMMANDS.read_text())
