@@ -56,6 +56,10 @@ typedef struct {
 } copepod_state;
 int copepod_observe(int64_t simulation, copepod_state* state);
 
+/* Figures of the last whole cycle of each swimmer and group, and of the swarm, as in summary.json: JSON that lives
+ * until the next call of this function for this simulation. */
+int copepod_cycles(int64_t simulation, const char** json);
+
 /* Gives an actuator, counted from 0 in the order of copepod_describe, another value in place of the case's signal, from
  * the next step on: reached linearly within `steps` steps, at once if 0. Forces in N, torques in N m, rest lengths in m
  * beside the spring's, joints in rad or m since step 0, controls in the model's units; of a prescribed body the factor

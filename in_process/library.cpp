@@ -208,6 +208,11 @@ class Simulation {
             loads.flow.size(),           loads.flow.data()};
   }
 
+  const std::string& cycles() {
+    require_usable();
+    return cycles_ = run_.cycles().dump();
+  }
+
   void act(std::int64_t actuator, double value, std::int64_t steps) {
     const std::size_t count = loaded_.assembly.drive_paths.size();
     require(actuator >= 0 && actuator < static_cast<std::int64_t>(count),
@@ -316,6 +321,7 @@ class Simulation {
   coupler::Provenance provenance_;
   coupler::CaseRun run_;
   std::string description_;
+  std::string cycles_;
   std::optional<FailureReport> failure_;
   std::map<std::int64_t, KeptSnapshot> snapshots_;
   std::int64_t newest_snapshot_ = 0;
@@ -394,6 +400,13 @@ int copepod_observe(int64_t simulation, copepod_state* state) {
   return guarded(simulation, [&](const Simulation& found) {
     require_arguments(state);
     *state = found.observe();
+  });
+}
+
+int copepod_cycles(int64_t simulation, const char** json) {
+  return guarded(simulation, [&](Simulation& found) {
+    require_arguments(json);
+    *json = found.cycles().c_str();
   });
 }
 

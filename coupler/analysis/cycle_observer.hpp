@@ -48,8 +48,8 @@ class CycleObserver final : public Observer {
  public:
   explicit CycleObserver(std::vector<Group> groups) : groups_(std::move(groups)), sums_(groups_.size()) {}
 
-  /// @param table  receives every cycle that ends; must outlive this object
-  void write_to(CycleTable& table) { table_ = &table; }
+  /// @param table  receives every cycle that ends, and must outlive this object; null: none does
+  void write_to(CycleTable* table) { table_ = table; }
 
   void observe(const StepRecord& record) override;
   void finish(const StepRecord& last) override;

@@ -291,6 +291,13 @@ void CaseRun::restore(const Snapshot& snapshot) {
   make_scheme(snapshot.states, snapshot.states.has_value());
 }
 
+nlohmann::ordered_json CaseRun::cycles() {
+  CycleObserver cycles = observers_->cycles();
+  cycles.write_to(nullptr);
+  scheme_->finish_to(cycles);
+  return swimmer_reports(loaded_.content, cycles);
+}
+
 void CaseRun::finish() {
   const Case& the_case = loaded_.content;
   SolverSummary fluid_summary = fluid_->summarise();  // answered after the last bulk update

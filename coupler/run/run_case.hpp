@@ -5,6 +5,8 @@
 #include <map>
 #include <optional>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
 #include "contract/timeline.hpp"
@@ -61,6 +63,8 @@ class CaseRun {
   void restore(const Snapshot& snapshot);
   /// Writes a checkpoint of the run directory; not at step 0, where there is nothing to save. @throws likewise
   void write_checkpoint();
+  /// The swimmers' part of the summary, as if the run ended here.
+  [[nodiscard]] nlohmann::ordered_json cycles();
   /// Writes the summary, and completes all files.
   void finish();
 

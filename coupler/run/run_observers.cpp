@@ -56,7 +56,7 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
   if (have_cycles(cycles_.groups())) {
     cycle_table_.emplace(directory.cycles().string(), cycles_.groups(), loaded.content.fluid, loaded.content.step_s,
                          end_of(directory.cycles(), resumed));
-    cycles_.write_to(*cycle_table_);
+    cycles_.write_to(&*cycle_table_);
   }
   if (const auto obstacles = obstacles_with_loads(loaded); !obstacles.empty())
     obstacles_.emplace(obstacles, writer_of(obstacles, obstacles_path_, loaded, resumed));

@@ -183,7 +183,10 @@ class SerialExplicit {
                const Loads& loads = {});
 
   /// Hands the final state to the observer.
-  void finish() { observer_.finish({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_}); }
+  void finish_to(Observer& observer) const {
+    observer.finish({step_, kinematics_, loads_, averaged_, drive_, obstacle_loads_});
+  }
+  void finish() { finish_to(observer_); }
 
   /// Step that comes next, and the state of motion at its start.
   [[nodiscard]] std::int64_t step() const { return step_; }

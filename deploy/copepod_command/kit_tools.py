@@ -1,5 +1,6 @@
 """`copepod conformance`, `recording`, `replay` and `python`: build what is missing, then start these tools."""
 
+import json
 import os
 import shlex
 import shutil
@@ -87,7 +88,12 @@ def _run_with_recorded(options: Namespace, folder: Scratch) -> int:
     command = [sys.executable, "-P", "-m", "copepod_command", "run", str(Path(options.directory) / "case.yaml")]
     command += ["--out", options.out or f"{folder.run_path}/run"]
     command += ["--set", "output.wire=false", "--set", "output.trace=false"]
-    command += [f"--{role}", shlex.join(recorded)] + (["--ranks", "1"] if role == "fluid" else [])
+    command += ["--ranks", "1"] if role == "fluid" else []
+    if role in components.ROLES:
+        command += [f"--{role}", shlex.join(recorded)]
+    else:
+        number = plan_of(Path(options.directory) / "case.yaml").controllers.index(role)
+        command += ["--set", f"controllers.{number}.command={json.dumps(recorded)}"]
     code = subprocess.run(command, env={**os.environ, MARK: folder.mark}).returncode
     if code != 0 and not options.out and (folder.run_path / "run").exists():
         folder.folders.remove(folder.run_path)

@@ -3,6 +3,7 @@
 
     deploy/copepod python examples/learning/three_spheres.py                              in Stokes flow, seconds
     deploy/copepod python examples/learning/three_spheres.py --reynolds 5 --actions 1500  in the lattice fluid
+    … --reynolds 5 --wait                                                                 it may also pause
     … --seeds 5 --picture learning.png --table learning.json
 
 Each rod is long or short, an action changes one of them [Najafi and Golestanian, Phys. Rev. E 69, 062901, 2004; as an
@@ -19,7 +20,7 @@ import copepod
 import numpy
 
 RADIUS = 1.0e-6  # m
-STROKES = numpy.array([[0, 1], [1, 0], [0, 1], [1, 0]])
+BEFORE = 28  # actions before a cycle is measured, so that the flow repeats itself
 
 
 @dataclass(frozen=True)
@@ -84,45 +85,54 @@ def _case(form, fluid, step_s, middle_m=(0.0, 0.0, 0.0)):
 
 
 class ThreeSpheres(copepod.Environment):
-    """Observation: whether the rear and the front rod are short, and the middle of the spheres in radii."""
+    """Observation: whether the rear and the front rod are short, and the middle of the spheres in radii; where it can
+    wait, in between how many actions it has waited, 2 for more. Actions 0 and 1 change a rod, 2 waits."""
 
-    def __init__(self, case, form, steps_per_action, actions_per_episode):
+    def __init__(self, case, form, steps_per_action, actions_per_episode, can_wait=False):
         super().__init__(case, steps_per_action=steps_per_action, actions_per_episode=actions_per_episode)
         self.form = form
+        self.actions = 3 if can_wait else 2
 
     def begin(self, options):
         self.short = numpy.zeros(2, dtype=int)
+        self.waited = 0
 
     def observe(self):
-        return numpy.array([*self.short, self.sim.bodies.position_m[:, 2].mean() / RADIUS])
+        waited = [self.waited] if self.actions == 3 else []
+        return numpy.array([*self.short, *waited, self.sim.bodies.position_m[:, 2].mean() / RADIUS])
 
     def act(self, action):
+        self.waited = min(self.waited + 1, 2) if action == 2 else 0
+        if action == 2:
+            return
         self.short[action] ^= 1
         length_m = -self.form.stroke * RADIUS * self.short[action]
         self.sim.actuators.move(int(action), length_m, self.steps_per_action)
 
     def reward(self, before, after):
-        return after[2] - before[2]
+        return after[-1] - before[-1]
 
 
 def state_of(observation):
-    return int(observation[0] + 2 * observation[1])
+    """Number of what an observation has before the position."""
+    return int(numpy.dot(observation[:-1], [1, 2, 4][: len(observation) - 1]))
 
 
 def learn(environment, actions, seed, rate=0.5, discount=0.9, explore=0.2):
     """Q-learning [Watkins 1989]: Q(s, a) ← Q + α (r + γ max Q(s', ·) − Q), ε-greedy with an ε that falls to 0.
 
-    @return Q, shape (4, 2), and the positions after each action relative to the start of its episode, summed
+    @return Q, shape (states, actions), and the positions after each action relative to the start of its episode, summed
     """
     choose = numpy.random.default_rng(seed)
-    Q = numpy.zeros((4, 2))
+    Q = numpy.zeros((12, environment.actions))
     path = [0.0]
     seen, _ = environment.reset(seed=seed)
     for number in range(actions):
         state = state_of(seen)
         is_random = choose.random() < explore * (1.0 - number / actions)
-        best = choose.integers(2) if Q[state, 0] == Q[state, 1] else int(Q[state].argmax())
-        action = int(choose.integers(2)) if is_random else best
+        best = numpy.flatnonzero(Q[state] == Q[state].max())
+        best = best[choose.integers(len(best))] if len(best) > 1 else best[0]
+        action = int(choose.integers(environment.actions)) if is_random else int(best)
         seen, reward, _, truncated, info = environment.step(action)
         if "reason" in info:
             sys.exit(info["reason"])
@@ -133,24 +143,28 @@ def learn(environment, actions, seed, rate=0.5, discount=0.9, explore=0.2):
     return Q, numpy.array(path)
 
 
-def greedy_cycle(environment, Q, cycles=3):
-    """Displacement in the last of some cycles of the policy Q, in radii, and the actions of that cycle."""
+def greedy_cycle(environment, Q):
+    """Displacement in a cycle of the policy Q late in an episode, in radii, and the actions of that cycle."""
     seen, _ = environment.reset()
-    for _ in range(cycles):
-        moved, taken = 0.0, []
-        for _ in range(4):
-            taken.append(int(Q[state_of(seen)].argmax()))
-            seen, reward, *_ = environment.step(taken[-1])
-            moved += reward
+    moved, taken = 0.0, []
+    for number in range(60):
+        if number == BEFORE:
+            first = state_of(seen)
+        elif number > BEFORE and state_of(seen) == first:
+            break
+        action = int(Q[state_of(seen)].argmax())
+        seen, reward, *_ = environment.step(action)
+        if number >= BEFORE:
+            moved, taken = moved + reward, [*taken, action]
     return moved, taken
 
 
-def open_loop_cycle(environment, first, cycles=3):
-    """The same for the stroke of Najafi and Golestanian that begins with a rod, played without looking."""
+def open_loop_cycle(environment, cycle):
+    """The same for a list of actions that is repeated without looking."""
     environment.reset()
-    for _ in range(cycles):
-        moved = sum(environment.step(action)[1] for action in (first, 1 - first, first, 1 - first))
-    return moved
+    for number in range(BEFORE // len(cycle) * len(cycle)):
+        environment.step(cycle[number % len(cycle)])
+    return sum(environment.step(action)[1] for action in cycle)
 
 
 def mobility_cycle(form, steps=400):
@@ -200,6 +214,7 @@ def main():
     parser.add_argument("--actions", type=int, default=1000, help="to learn from (1000)")
     parser.add_argument("--episode", type=int, default=40, help="actions of an episode (40)")
     parser.add_argument("--seeds", type=int, default=1, help="how many learners (1)")
+    parser.add_argument("--wait", action="store_true", help="a third action changes nothing")
     parser.add_argument("--near", action="store_true", help="in Stokes flow the shorter rods of the lattice")
     parser.add_argument("--picture", help="file of the learning curves")
     parser.add_argument("--table", help="file of all results, JSON")
@@ -207,9 +222,9 @@ def main():
 
     form = NEAR if options.near or options.reynolds else FAR
     case, steps = lattice_case(form, options.reynolds) if options.reynolds else stokes_case(form)
-    environment = ThreeSpheres(case, form, steps, options.episode)
+    environment = ThreeSpheres(case, form, steps, options.episode, options.wait)
     where = f"lattice fluid, Re {options.reynolds:g}" if options.reynolds else "Stokes flow"
-    forward, backward = open_loop_cycle(environment, 0), open_loop_cycle(environment, 1)
+    forward, backward = (open_loop_cycle(environment, cycle) for cycle in ([0, 1, 0, 1], [1, 0, 1, 0]))
     theory = mobility_cycle(form)
     print(f"{where}; rods of {form.rod:g} radii, strokes of {form.stroke:g}, {steps} steps per action")
     print(f"mobility without inertia:      {theory:.5f} radii per cycle")

@@ -3,8 +3,7 @@
 
     deploy/copepod python examples/learning/two_swimmers.py     each plays the stroke of Najafi and Golestanian
 
-`Agents` is the part to copy; it needs neither PettingZoo nor Gymnasium. Case and stroke are those of three_spheres.py,
-a second swimmer five radii beside the first.
+Case and stroke are those of three_spheres.py, a second swimmer five radii beside the first.
 """
 
 import copepod
@@ -15,37 +14,7 @@ from three_spheres import FAR, RADIUS
 NAMES = ("left", "right")
 
 
-class Agents(copepod.Environment):
-    """Observations, actions and rewards are dictionaries by agent; `agents` is empty once the episode is over. The
-    spaces are the subclass's to set: `observation_space(agent)` and `action_space(agent)`.
-
-    A subclass defines `possible_agents`, and `observe`, `act` and `rewards` with such dictionaries.
-    """
-
-    possible_agents: list = []
-    agents: list = []
-
-    def reward(self, before, after):
-        self._rewards = self.rewards(before, after)
-        return 0.0
-
-    def reset(self, *, seed=None, options=None):
-        """@return observations, and an empty info for each agent"""
-        seen, _ = super().reset(seed=seed, options=options)
-        self.agents = list(self.possible_agents)
-        return seen, {agent: {} for agent in self.agents}
-
-    def step(self, actions):
-        """@return observations, rewards, terminations, truncations and infos, each by agent"""
-        self._rewards = dict.fromkeys(self.agents, 0.0)
-        seen, _, terminated, truncated, info = super().step(actions)
-        ends = [dict.fromkeys(self.agents, each) for each in (terminated, truncated)]
-        infos = {agent: dict(info) for agent in self.agents}
-        self.agents = [] if terminated or truncated else self.agents
-        return seen, self._rewards, *ends, infos
-
-
-class TwoSwimmers(Agents):
+class TwoSwimmers(copepod.ParallelEnvironment):
     """Each agent sees its rods and where both swimmers are, in radii; an action changes one of its rods."""
 
     possible_agents = list(NAMES)

@@ -19,12 +19,12 @@ import pkgutil
 __path__ = pkgutil.extend_path(__path__, __name__)
 
 from copepod.case import Case
-from copepod.environment import Environment, Environments
+from copepod.environment import Environment, Environments, ParallelEnvironment
 from copepod.errors import CaseError, CaseWarning, Error, RunError
 from copepod.results import Campaign, Run, Sample, follow, load
 from copepod.running import Check, Progress, check, run
 from copepod.simulation import Actuators, Bodies, Simulation, Snapshot
 
 __all__ = ["Actuators", "Bodies", "Campaign", "Case", "CaseError", "CaseWarning", "Check"]
-__all__ += ["Environment", "Environments", "Error", "Progress", "Run", "RunError", "Sample"]
+__all__ += ["Environment", "Environments", "Error", "ParallelEnvironment", "Progress", "Run", "RunError", "Sample"]
 __all__ += ["Simulation", "Snapshot", "check", "follow", "load", "run"]

@@ -100,6 +100,41 @@ class Environment(_Base):
         self.sim.close()
 
 
+class ParallelEnvironment(Environment):
+    """Several agents in one simulation, in PettingZoo's parallel convention, installed or not: observations, actions
+    and rewards are dictionaries by agent, and `agents` is empty once the episode, which all share, is over.
+
+    A subclass defines `possible_agents`, and `observe`, `act` and `rewards` with such dictionaries;
+    `observation_space(agent)` and `action_space(agent)` are its to define, too.
+    """
+
+    possible_agents: Sequence[Any] = ()
+    agents: Sequence[Any] = ()
+
+    def rewards(self, before: Any, after: Any) -> dict[Any, float]:
+        """Reward of each agent, from the observations before and after."""
+        raise NotImplementedError
+
+    def reward(self, before: Any, after: Any) -> float:
+        self._rewards = self.rewards(before, after)
+        return 0.0
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[Any, Any]]:
+        """Begins an episode. @return observations, and an empty info for each agent"""
+        seen, _ = super().reset(seed=seed, options=options)
+        self.agents = list(self.possible_agents)
+        return seen, {agent: {} for agent in self.agents}
+
+    def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[Any, Any]]:
+        """@return observations, rewards, terminations, truncations and infos, each by agent"""
+        self._rewards = dict.fromkeys(self.agents, 0.0)
+        seen, _, terminated, truncated, info = super().step(actions)
+        terminations, truncations = (dict.fromkeys(self.agents, end) for end in (terminated, truncated))
+        infos = {agent: dict(info) for agent in self.agents}
+        self.agents = [] if terminated or truncated else self.agents
+        return seen, self._rewards, terminations, truncations, infos
+
+
 class Environments:
     """Several environments that share the cores; one that has ended is reset by the next `step`, which ignores its
     action (Gymnasium's AutoresetMode.NEXT_STEP)."""

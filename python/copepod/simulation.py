@@ -280,6 +280,14 @@ class Simulation:
         state = self._state()
         return dict(zip(self._flow, state.flow[: state.flow_values]))
 
+    @property
+    def cycles(self) -> dict[str, dict[str, Any]]:
+        """Figures of the last whole cycle of each swimmer and group by its name: `kinematics` of summary.json."""
+        text = ctypes.c_char_p()
+        _call("copepod_cycles", self._handle, ctypes.byref(text))
+        found = json.loads(text.value or b"")
+        return {each["name"]: each["kinematics"] for each in found["swimmers"] + found.get("groups", [])}
+
     def snapshot(self) -> Snapshot:
         """Keeps fluid, bodies, coupler and actuators in memory."""
         return Snapshot(self._handle.value)

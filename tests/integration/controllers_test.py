@@ -87,6 +87,10 @@ class Controllers(WholeRunTest):
         self.assertRegex(listed, r"pilot +to +Observation +6 ")
         replayed = self.finish("replay", "run", "--controller", "pilot")
         self.assertIn("agree bit by bit", "".join(replayed.stdout))
+        self.finish("replay", "run", "--as", "pilot", "--out", "again")
+        digests = {json.loads((self.folder / out / "summary.json").read_text())["digest"] for out in ("run", "again")}
+        self.assertEqual(len(digests), 1)
+        self.finish("replay", "run", "--as", "copilot", code=2)
         other = self.script("other", "return [0.0, 0.0, 1e-9]")
         self.finish("replay", "run", "--controller", "pilot", "--", *other, code=70)
 

@@ -141,6 +141,27 @@ class SimulationTest(unittest.TestCase):
             for name in ("position_m", "orientation_wxyz", "velocity_m_per_s", "force_N", "torque_N_m"):
                 numpy.testing.assert_allclose(getattr(sim.bodies, name), getattr(given.bodies, name), rtol=1e-9, atol=0)
 
+    def test_figures_of_cycles_are_those_of_the_summary(self):
+        """Of swimmer and group as soon as a cycle ends, in the next one the same, after a return those of the state."""
+        pair = {"name": "pair", "bodies": ["swimmer.B1", "swimmer.B3"], "axis": [0, 0, 1], "period_steps": 1000}
+        with tempfile.TemporaryDirectory() as folder:
+            with copepod.Simulation(ROOT / "configs/quick/vacuum.yaml", f"{folder}/run", set={"groups": [pair]}) as sim:
+                for steps, cycles in ((0, (None, None)), (2000, (None, 1)), (2000, (0, 3)), (4999, (1, 7))):
+                    sim.step(steps)
+                    found = [sim.cycles[name]["cycle"] for name in ("swimmer", "pair")]
+                    self.assertEqual(found, list(cycles), sim.steps)
+                middle, before = sim.snapshot(), sim.cycles
+                sim.step(3001)
+                self.assertNotEqual(sim.cycles, before)
+                sim.restore(middle)
+                self.assertEqual(sim.cycles, before)
+                sim.step(3001)
+                last = sim.cycles
+            summary = copepod.load(f"{folder}/run").summary
+            self.assertEqual(last["swimmer"], summary["swimmers"][0]["kinematics"])
+            self.assertEqual(last["pair"], summary["groups"][0]["kinematics"])
+            self.assertEqual((last["swimmer"]["cycle"], last["pair"]["cycle"]), (2, 11))
+
     def test_an_interrupt_ends_a_long_step_at_once_with_the_state_whole(self):
         before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
         self.addCleanup(signal.signal, signal.SIGINT, before)
@@ -762,11 +783,25 @@ class EnvironmentTest(unittest.TestCase):
         Q, path = three_spheres.learn(environment, 400, seed=1)
         moved, actions = three_spheres.greedy_cycle(environment, Q)
         self.assertEqual(actions, [0, 1, 0, 1])
-        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, 0))
+        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, [0, 1, 0, 1]))
         theory = three_spheres.mobility_cycle(three_spheres.FAR)
         self.assertAlmostEqual(theory, 0.16502, delta=5e-6)
         self.assertAlmostEqual(moved, theory, delta=0.001 * theory)
         self.assertEqual(len(path), 401)
+        environment.close()
+
+    def test_waiting_earns_nothing_in_stokes_flow(self):
+        """One that can wait observes it, and learns not to."""
+        case, steps = three_spheres.stokes_case(three_spheres.FAR)
+        environment = three_spheres.ThreeSpheres(case, three_spheres.FAR, steps, 40, can_wait=True)
+        environment.reset()
+        answers = [environment.step(action)[:2] for action in (0, 2, 2, 2, 1)]
+        self.assertEqual([list(seen[:3]) for seen, _ in answers], [[1, 0, n] for n in (0, 1, 2, 2)] + [[1, 1, 0]])
+        numpy.testing.assert_allclose([reward for _, reward in answers[1:4]], 0.0, atol=1e-3)
+        Q, _ = three_spheres.learn(environment, 1500, seed=1)
+        moved, actions = three_spheres.greedy_cycle(environment, Q)
+        self.assertEqual((sorted(actions), actions[0]), ([0, 0, 1, 1], actions[2]))
+        self.assertEqual(moved, three_spheres.open_loop_cycle(environment, actions))
         environment.close()
 
 

@@ -137,7 +137,7 @@ class RecordedComponent:
     """
 
     def __init__(self, role, script, tolerance):
-        self.role = role
+        self.role = role if role in ROLE_NUMBER else "controller"
         self._tolerance = tolerance
         self._recorded = {(exchange.name, exchange.request.step): exchange for exchange in script.exchanges}
 

@@ -200,6 +200,7 @@ TEST_F(Library, RefusesWhatMakesNoSense) {
   EXPECT_EQ(copepod_open(nullptr, nullptr, nullptr, &number), COPEPOD_MISUSE);
   EXPECT_EQ(copepod_open(case_file_.c_str(), nullptr, nullptr, nullptr), COPEPOD_MISUSE);
   EXPECT_EQ(copepod_describe(handle, nullptr), COPEPOD_MISUSE);
+  EXPECT_EQ(copepod_cycles(handle, nullptr), COPEPOD_MISUSE);
   EXPECT_EQ(copepod_observe(handle, nullptr), COPEPOD_MISUSE);
   EXPECT_EQ(copepod_snapshot(handle, nullptr), COPEPOD_MISUSE);
   EXPECT_EQ(copepod_step(handle, -1, 0.0, nullptr), COPEPOD_MISUSE);
@@ -364,7 +365,7 @@ TEST_F(Library, SurvivesRandomCalls) {
     int64_t number = 0;
     copepod_state now{};
     const char* text = nullptr;
-    switch (any(0, 8)) {
+    switch (any(0, 9)) {
       case 0:
         if (handles.size() < 5 && copepod_open(case_file_.c_str(), nullptr, nullptr, &number) == 0)
           handles.push_back(number);
@@ -389,6 +390,9 @@ TEST_F(Library, SurvivesRandomCalls) {
         break;
       case 7:
         copepod_describe(handle, &text);
+        break;
+      case 8:
+        copepod_cycles(handle, &text);
         break;
       default:
         copepod_step(handle, any(-1, 9), any(-1, 1) * 1e-3, &number);

@@ -27,7 +27,7 @@ TEST(CycleTable, HasARowPerCycleAndContinuesWithoutDoubleRows) {
                              const CycleObserver* before) {
     CycleObserver observer(groups_of(the_case));
     CycleTable table(path, observer.groups(), the_case.fluid, step_s, end);
-    observer.write_to(table);
+    observer.write_to(&table);
     if (before != nullptr) observer.restore(before->sums(), start, 0);
     play(observer, MadeUpMotion{}, constant_forces(0, 0, 0), stop, start);
     return table.sync();
