@@ -27,7 +27,7 @@ configure_file(cmake/copepod.pc.in copepod.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/copepod.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT kit)
 
 install(DIRECTORY deploy/ proto/python/ python/ DESTINATION ${modules} COMPONENT python
-  FILES_MATCHING REGEX "\\.(py|html|css|js|md)$|/py.typed$" PATTERN __pycache__ EXCLUDE PATTERN container EXCLUDE
+  FILES_MATCHING REGEX "\\.(py|html|css|js|md|toml)$|/py.typed$" PATTERN __pycache__ EXCLUDE PATTERN container EXCLUDE
   PATTERN slurm EXCLUDE)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/python/copepod DESTINATION ${modules} COMPONENT python
   FILES_MATCHING REGEX "\\.(py|json)$" PATTERN __pycache__ EXCLUDE)

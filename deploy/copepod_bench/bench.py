@@ -14,11 +14,12 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import jinja2
+
 from copepod_run import build
 from copepod_run.checkout import COMMAND, PROGRAMS, program
 from copepod_run.components import environment_to_ask, mpirun
 from copepod_run.errors import BadCase, ExitCode, Stop, StorageFailed
-from copepod_run.figures import markdown_table
 from copepod_run.messages import Stage, say
 
 Figures = dict[str, Any]
@@ -34,6 +35,7 @@ _SPEED_M_PER_S = 1.0  # 7.5e-4 cells per step, a swimmer's
 _PAPER = (100, 100, 200)
 _DOMAINS = ((48, 48, 48), _PAPER, (160, 160, 160))
 _KEYS: dict[str, Figures] = {"defaults": {}, "bgk, bounce_back, equilibrium, no lubrication": PUBLISHED}
+_TABLES = Path(__file__).with_name("bench.md")
 _BUSY = 0.05  # part of the machine that others take, from which on figures mean little
 _LONGEST_STEPS = 4000  # of three beads, two of which would meet after 5300
 
@@ -123,45 +125,10 @@ def _steps(domain: Sequence[int], cell_updates: float) -> int:
 
 def _table(results: Mapping[str, Sequence[Figures]]) -> str:
     """The measurements as tables in Markdown."""
-    heads = "domain | precision | collision | ranks | memory copy GB/s | 19 streams M cells/s | fluid MLUPS | share"
-    form = "{domain} | {precision} | {collision} | {ranks} | {median_copy_gb_per_s:.1f} | "
-    form += "{median_streams_mcells_per_s:.1f} | {median_fluid_mlups:.1f} | {median_share_of_limit:.2f}"
-    parts = [
-        "## Fluid alone",
-        markdown_table(heads, (form.format(**row, domain=_cells(row)) for row in results["pure"])),
-    ]
-    heads = (
-        "domain | symmetry planes | beads | shape | ranks | transport | coupled MLUPS | alone MLUPS | ratio | overhead"
-    )
-    form = "{domain} | {planes} | {beads} | {shape} | {ranks} | {transport} | {median_coupled_mlups:.1f} | "
-    form += "{median_fluid_mlups:.1f} | {median_ratio:.2f} ({least:.2f}–{most:.2f}) | {median_coupling_overhead:.3f}"
-    for title, keys in _KEYS.items():
-        rows = []
-        for row in [row for row in results["coupled"] if row["keys"] == keys]:
-            ratios = [sample["ratio"] for sample in row["samples"]]
-            more = {"domain": _cells(row), "planes": ", ".join(row["symmetry_planes"]) or "none"}
-            rows.append(form.format(**row, **more, least=min(ratios), most=max(ratios)))
-        parts += [f"## Coupled, double precision, over ipc or in one process: {title}", markdown_table(heads, rows)]
+    tables = jinja2.Template(_TABLES.read_text(), trim_blocks=True, lstrip_blocks=True)
     busy = max(row["others"] for row in results["coupled"])
-    if busy > _BUSY:
-        parts.append(f"The machine was busy: other work had up to {100 * busy:.0f} % of it. Measure again without it.")
-    parts += ["## Phases of a coupled step, rank 0, percent of the fluid's time", _phase_table(results["coupled"])]
-    return "\n\n".join(parts)
-
-
-def _phase_table(results: Sequence[Figures]) -> str:
-    phases, rows = list(results[0]["samples"][0]["phases_s"]["fluid"]), []
-    for row in results:
-        seconds = row["samples"][-1]["phases_s"]["fluid"]
-        total = sum(seconds.values()) or 1.0
-        boundary = row["keys"].get("fluid", {}).get("moving_boundary", "default")
-        shares = (f"{100 * seconds[phase] / total:.1f}" for phase in phases)
-        rows.append(" | ".join([_cells(row), f"{row['beads']} × {row['shape']}", boundary, row["transport"], *shares]))
-    return markdown_table(" | ".join(["domain | beads | boundary | transport", *phases]), rows)
-
-
-def _cells(row: Figures) -> str:
-    return "×".join(map(str, row["domain_cells"]))
+    busy_percent = f"{100 * busy:.0f}" if busy > _BUSY else ""
+    return tables.render(**results, keys=_KEYS, busy=busy_percent).rstrip()
 
 
 def measure_fluid(

@@ -67,23 +67,19 @@ def findings(options: Namespace) -> Check:
         memory = estimate.memory_of(plan)
     except Stop as refusal:
         problems.append(refusal.refused())
-    warnings = [
-        *plan.warnings,
-        *estimate.warnings(memory),
-        *estimate.disk_warnings(plan.estimate["disk_bytes"], "runs"),
-        *_rank_warnings(plan),
-        *(
-            f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
-            f"{shlex.join(plan.commands[role])}). Use --start-components if you trust the case."
-            for role in sorted(plan.unasked)
-        ),
+    disk_bytes = plan.estimate["disk_bytes"]
+    warnings = [*plan.warnings, *estimate.warnings(memory), *estimate.disk_warnings(disk_bytes, "runs")]
+    warnings += _rank_warnings(plan) + [
+        f"warning: the {role} component was not asked what it can do (that would start a command of the case: "
+        f"{shlex.join(plan.commands[role])}). Use --start-components if you trust the case."
+        for role in sorted(plan.unasked)
     ]
     return Check(
         plan.name,
         plan.steps,
         {note["what"]: note["value"] for note in plan.notes} | _estimate_rows(plan, memory),
         {part.name: part.total for part in memory},
-        plan.estimate["disk_bytes"],
+        disk_bytes,
         warnings,
         problems,
     )
@@ -161,14 +157,7 @@ def _rows_of_items(members: Sequence[Member]) -> dict[str, str]:
 
 def _rows_of_needs(members: Sequence[Member], memory: int, disk_bytes: Mapping[str, int], jobs: int) -> dict[str, str]:
     """Cell updates, memory, disk and time of the whole."""
-    rows = {}
     updates = sum(float(member.plan.estimate.get("cell_updates") or 0.0) for member in members)
-    if updates:
-        rows["cell updates"] = number_text(updates)
-    if memory:
-        rows["memory"] = f"{memory / 2**20:.0f} MiB at most, for {jobs} at once"
-    if disk_bytes:
-        rows["disk"] = estimate.disk_text(disk_bytes)
     ranks = max(1, len(os.sched_getaffinity(0)) // jobs)
     times = []  # of each run, at the speed that this machine has shown; None if it has not shown any
     for plan in (member.plan for member in members):
@@ -178,4 +167,10 @@ def _rows_of_needs(members: Sequence[Member], memory: int, disk_bytes: Mapping[s
     texts = [f"about {elapsed_text(last_end([0.0] * jobs, known))}, {jobs} at once"] if known else []
     if len(known) < len(times):
         texts.append(f"{f'{len(times) - len(known)} runs ' if known else ''}{_UNKNOWN}")
-    return rows | {"time": "; ".join(texts)}
+    rows = {
+        "cell updates": number_text(updates) if updates else "",
+        "memory": f"{memory / 2**20:.0f} MiB at most, for {jobs} at once" if memory else "",
+        "disk": estimate.disk_text(disk_bytes) if disk_bytes else "",
+        "time": "; ".join(texts),
+    }
+    return {name: text for name, text in rows.items() if text}

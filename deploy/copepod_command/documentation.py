@@ -110,14 +110,10 @@ def _page(name: str, summary: str) -> str:
         script.write_text(_PROGRAM.format(python=shlex.quote(sys.executable)))
         script.chmod(0o700)
         words = ["--no-info", "--locale=C.UTF-8", "--name", summary, "--version-string", version()]
-        made = subprocess.run(
-            ["help2man", *words, f"{script} {name}".rstrip()],
-            env={**os.environ, "COPEPOD_CALLED_AS": "copepod", "COLUMNS": "1000"},
-            stdout=subprocess.PIPE,
-            text=True,
-            check=True,
-        )
+        command = ["help2man", *words, f"{script} {name}".rstrip()]
+        environment = {**os.environ, "COPEPOD_CALLED_AS": "copepod", "COLUMNS": "1000"}
+        text = subprocess.check_output(command, env=environment, text=True)
     if not name:
-        return made.stdout
-    text = made.stdout.replace(".TH COPEPOD ", f".TH COPEPOD-{name.upper()} ", 1)
+        return text
+    text = text.replace(".TH COPEPOD ", f".TH COPEPOD-{name.upper()} ", 1)
     return text.replace(f"\ncopepod {name} \\-", f"\ncopepod-{name} \\-")  # what `man -k` finds

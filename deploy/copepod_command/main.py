@@ -16,6 +16,12 @@ from copepod_run.messages import Voice, complain, say_lines, silence, speak
 
 _TAKES_MORE = {"test": "ctest_arguments", "replay": "component"}  # what follows --
 _ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+# What to do about an OSError, by its number.
+_ADVICE: dict[int | None, str] = {
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "Free space on that disk and run again."),
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "Use a place that you may write to, or ask its owner."),
+    errno.EFBIG: "Raise the limit of the size of files (ulimit -f).",
+}
 _KIT_TOOLS = ("conformance", "recording", "python")  # tools with a command line of their own
 
 
@@ -37,7 +43,8 @@ def main(arguments: Sequence[str]) -> int:
         return ExitCode.FAILED
     except OSError as problem:
         where = problem.filename or "the output"
-        complain(f"{where} cannot be used ({problem.strerror or problem}). {_advice(problem)}")
+        advice = _ADVICE.get(problem.errno, "Check that path, or use another one.")
+        complain(f"{where} cannot be used ({problem.strerror or problem}). {advice}")
         _flush_or_silence_stdout()
         return ExitCode.STORAGE_FAILED
 
@@ -60,17 +67,6 @@ def _carry_out(arguments: Sequence[str]) -> int:
         raise
     finally:  # Python, while it ends, would answer a signal by a traceback or by nothing
         signal.pthread_sigmask(signal.SIG_BLOCK, _ENDS)
-
-
-def _advice(problem: OSError) -> str:
-    """What to do about an OSError, as the last sentence of a message."""
-    if problem.errno in (errno.ENOSPC, errno.EDQUOT):
-        return "Free space on that disk and run again."
-    if problem.errno == errno.EFBIG:
-        return "Raise the limit of the size of files (ulimit -f)."
-    if problem.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-        return "Use a place that you may write to, or ask its owner."
-    return "Check that path, or use another one."
 
 
 def _flush_or_silence_stdout() -> None:

@@ -88,11 +88,8 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
     """The entities of the description: crate, files, run, software and measured quantities."""
     provenance, summary = (read_object(folder / f"{name}.json") for name in ("provenance", "summary"))
     files = [_file(folder, name, sums) for name in _CONTENT if (folder / name).exists()]
-    columns = [
-        column
-        for name in ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv")
-        for column in _columns(folder / name)
-    ]
+    tables = (folder / name for name in ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv"))
+    columns = [column for table in tables for column in _columns(table)]
     digest = {**_entity("#digest", "PropertyValue", "digest"), "value": summary["digest"]}
     license_url = license_of_data if "://" in license_of_data else f"https://spdx.org/licenses/{license_of_data}"
     crate = {

@@ -37,9 +37,8 @@ def read_layer(
             along x, y, z; coordinate of the plane along its normal [cells]
     """
     with _opened(path) as file:
-        group = file[_name(time)]
-        velocity = group[_VELOCITY]
-        first = [int(group.attrs.get(f"first_cell_{axis}", 0)) for axis in "xyz"]  # of a part of the domain
+        velocity = _velocity_in(file, time)
+        first = [int(velocity.parent.attrs.get(f"first_cell_{axis}", 0)) for axis in "xyz"]  # of a part of the domain
         inside = coordinate_cells - first[normal]
         cells, face = velocity.shape[2 - normal], round(inside)
         is_on_face = abs(inside - face) < 1e-6 and 0 < face < cells
@@ -52,7 +51,7 @@ def read_layer(
 def read_coarse(path: Path, time: str | int) -> np.ndarray:
     """Velocity [m/s] at some points all over the recorded box, shape (nz, ny, nx, 3)."""
     with _opened(path) as file:
-        velocity = file[_name(time)][_VELOCITY]
+        velocity = _velocity_in(file, time)
         strides = [max(1, cells // _COARSE) for cells in velocity.shape[:3]]
         layers = range(strides[0] // 2, velocity.shape[0], strides[0])
         rows, columns = (slice(stride // 2, None, stride) for stride in strides[1:])
@@ -65,7 +64,7 @@ def read_components(path: Path, step: int) -> tuple[list[np.ndarray], int]:
     More than a few million cells are averaged over blocks.
     """
     with _opened(path) as file:
-        velocity = file[_name(step)][_VELOCITY]
+        velocity = _velocity_in(file, step)
         cells = velocity.shape[:3]
         block = 1
         while np.prod([max(1, count // block) for count in cells]) > _MOST_VALUES:
@@ -84,5 +83,5 @@ def _opened(path: Path) -> Any:
     return h5py.File(path, "r", locking=False)  # the run that writes it must not fail because of a reader
 
 
-def _name(time: str | int) -> str:
-    return MEAN if time == MEAN else f"{_SNAPSHOT}{time:09d}"
+def _velocity_in(file: Any, time: str | int) -> Any:
+    return file[MEAN if time == MEAN else f"{_SNAPSHOT}{time:09d}"][_VELOCITY]

@@ -104,17 +104,10 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
         velocity = velocity.swapaxes(0, 1)
     if min(velocity.shape[:2]) < 2:
         raise _unusable(f"--plane {_AXES[along]}{_AXES[across]}", run, "its field is one cell thick there", "Use auto")
-    return FlowPicture(
-        along,
-        across,
-        at_cells * run.cell_size_m,
-        velocity[..., along],
-        velocity[..., across],
-        (first_cell[along], first_cell[across]),
-        (window[0], window[1]),
-        view.frame,
-        _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None,
-    )
+    components, corner = (velocity[..., along], velocity[..., across]), (first_cell[along], first_cell[across])
+    shown = _shown(run, zoomed, window, (along, across), view.margin_m) if zoomed else None
+    place_m, times = at_cells * run.cell_size_m, (window[0], window[1])
+    return FlowPicture(along, across, place_m, *components, corner, times, view.frame, shown)
 
 
 def _unusable(option: str, run: RunRecord, reason: str, advice: str) -> Stop:
@@ -252,14 +245,9 @@ def draw(run: RunRecord, picture: FlowPicture, top_m_per_s: float | None = None)
     top = top_speed_m_per_s(run, picture) if top_m_per_s is None else top_m_per_s
     power, prefix = prefix_of(top, -6)
     unit = 10.0**power
-    image = axes.imshow(
-        picture.speed_m_per_s / unit,
-        origin="lower",
-        extent=box,
-        cmap=FLOW,
-        interpolation="bilinear",
-        norm=PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30)),
-    )
+    scale = PowerNorm(0.5, vmin=0, vmax=max(top / unit, 1e-30))
+    look: dict[str, Any] = {"origin": "lower", "extent": box, "cmap": FLOW, "interpolation": "bilinear"}
+    image = axes.imshow(picture.speed_m_per_s / unit, norm=scale, **look)
     if top > 0:
         velocity = picture.velocity_along_m_per_s[part], picture.velocity_across_m_per_s[part]
         look = {"color": LIGHT.ink, "linewidth": 0.5, "arrowsize": 0.7, "density": 1.6}

@@ -111,12 +111,8 @@ def flow_over_time(path: Path) -> Any:
 
 def speeds(runs: Sequence[RunResult]) -> Any:
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
-    rows = [
-        (run.name, found.ours, found.published)
-        for run in runs
-        for _, figures in figures_by_name(run.summary)
-        if (found := figures.get("u_swim_lattice"))
-    ]
+    found = [(run.name, figures.get("u_swim_lattice")) for run in runs for _, figures in figures_by_name(run.summary)]
+    rows = [(name, speed.ours, speed.published) for name, speed in found if speed]
     if not rows:
         return None
     figure, axes = new_figure(1.2 + 0.3 * len(rows))

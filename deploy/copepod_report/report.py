@@ -169,12 +169,8 @@ def film_of(run: RunRecord, view: flow.View) -> bytes:
         figure.axes[0].set_title(quantity_text(step * run.summary["step_s"], "s"), loc="left", fontsize=9)
         pictures.append(picture_of(figure))
     rate = min(max(len(steps) / _SHOWN_FOR_S, 2), 25)
-    made = subprocess.run(
-        ["ffmpeg", "-loglevel", "error", "-f", "image2pipe", "-c:v", "png", "-framerate", f"{rate:g}", "-i", "-"]
-        + [*_X264.split(), *_FRAGMENTS.split(), "-"],
-        input=b"".join(pictures),
-        capture_output=True,
-    )
+    command = f"ffmpeg -loglevel error -f image2pipe -c:v png -framerate {rate:g} -i - {_X264} {_FRAGMENTS} -"
+    made = subprocess.run(command.split(), input=b"".join(pictures), capture_output=True)
     if made.returncode != 0:
         said = made.stderr.decode(errors="replace").strip().splitlines() or ["no reason given"]
         raise Stop(ExitCode.FAILED, f"ffmpeg made no film of {run.name} ({said[-1]}). Try another --plane.")

@@ -43,16 +43,10 @@ def new_figure(height_inches: float, width_inches: float = WIDTH_INCHES, **subpl
         "font.size": 10 if width_inches > COLUMN_INCHES else 8,
         "font.family": "DejaVu Sans",
         "text.parse_math": False,  # names may hold dollar signs
-        "text.color": LIGHT.ink,
-        "axes.labelcolor": LIGHT.ink,
-        "axes.edgecolor": LIGHT.faint,
-        "xtick.color": LIGHT.ink,
-        "ytick.color": LIGHT.ink,
-        "axes.facecolor": LIGHT.paper,
-        "figure.facecolor": LIGHT.paper,
-        "grid.color": LIGHT.faint,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
+        **dict.fromkeys(("text.color", "axes.labelcolor", "xtick.color", "ytick.color"), LIGHT.ink),
+        **dict.fromkeys(("axes.edgecolor", "grid.color"), LIGHT.faint),
+        **dict.fromkeys(("axes.facecolor", "figure.facecolor"), LIGHT.paper),
+        **dict.fromkeys(("axes.spines.top", "axes.spines.right"), False),
         "axes.prop_cycle": cycler(color=LIGHT.beads),
     }
     with rc_context(settings):

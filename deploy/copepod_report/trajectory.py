@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-_VECTORS = {
+_QUANTITIES = {
+    "time_s": ("time_s",),
     "position_m": ("x_m", "y_m", "z_m"),
     "orientation_wxyz": ("qw", "qx", "qy", "qz"),
     "velocity_m_per_s": ("vx_m_per_s", "vy_m_per_s", "vz_m_per_s"),
@@ -20,12 +21,12 @@ _VECTORS = {
     "torque_N_m": ("tx_N_m", "ty_N_m", "tz_N_m"),
     "driving_N": ("drive_fx_N", "drive_fy_N", "drive_fz_N"),
 }
-_FIELDS = {quantity: quantity for quantity in _VECTORS} | {"driving_N": "drive_N"}  # of trajectory.npy
+_FIELDS = {quantity: quantity for quantity in _QUANTITIES} | {"driving_N": "drive_N"}  # of trajectory.npy
 _SUFFIX = ".npy"
 _MOST_VALUES = 100_000_000  # of a quantity that is read whole for the sake of one body
 _TRACE_BYTES = 64  # before our place in a file, to see whether it is still the same file
 
-COLUMNS = ("time_s", *itertools.chain(*_VECTORS.values()))  # beside step and body
+COLUMNS = tuple(itertools.chain(*_QUANTITIES.values()))  # beside step and body
 
 
 def trajectory_in(directory: Path, name: str = "trajectory") -> Path:
@@ -73,11 +74,8 @@ class _Csv:
         return self._values[number, :, 1:]
 
     def read(self, quantity: str, samples: Any = slice(None), body: Any = slice(None)) -> np.ndarray:
-        first = 1 + COLUMNS.index(_VECTORS[quantity][0])
-        return self._values[samples, body, first : first + len(_VECTORS[quantity])]
-
-    def times_s(self) -> np.ndarray:
-        return self._values[:, 0, 1]
+        first = 1 + COLUMNS.index(_QUANTITIES[quantity][0])
+        return self._values[samples, body, first : first + len(_QUANTITIES[quantity])]
 
     def _new_lines(self) -> list[str]:
         """Whole lines that have come since; a row may be half written."""
@@ -125,15 +123,13 @@ class _Npy:
         return self._values("step", range(self._known, count))
 
     def sample(self, number: int) -> np.ndarray:
-        samples = [self._known + number]
-        time_s = np.full((len(self.bodies), 1), self._values("time_s", samples))
-        return np.hstack([time_s, *(self.read(quantity, samples)[0] for quantity in _VECTORS)])
+        return np.hstack([self.read(quantity, [self._known + number])[0] for quantity in _QUANTITIES])
 
     def read(self, quantity: str, samples: Any = None, body: Any = slice(None)) -> np.ndarray:
-        return self._values(_FIELDS[quantity], range(self._count) if samples is None else samples)[:, body]
-
-    def times_s(self) -> np.ndarray:
-        return self._values("time_s", range(self._count))
+        values = self._values(_FIELDS[quantity], range(self._count) if samples is None else samples)
+        if quantity == "time_s":  # one for all bodies
+            values = np.broadcast_to(values[:, None, None], (len(values), len(self.bodies), 1))
+        return values[:, body]
 
     def _values(self, field: str, samples: Iterable[int]) -> np.ndarray:
         """Of a field in these samples, shape (samples, …)."""
@@ -170,7 +166,7 @@ class Trajectory:
         self.steps = self.time_s = np.empty(0, np.int64)
         if path.exists() or not may_be_empty:
             self.steps = self._form.look(is_last=True)
-            self.time_s = self._form.times_s() if len(self) else self.time_s
+            self.time_s = self._form.read("time_s")[:, 0, 0] if len(self) else self.time_s
         self.bodies = self._form.bodies
         self._values: dict[str, np.ndarray] = {}
         if len(self) == 0 and not may_be_empty:
@@ -190,9 +186,8 @@ class Trajectory:
 
     def columns(self) -> np.ndarray:
         """All numbers, in the order of `COLUMNS`, shape (bodies, samples, columns)."""
-        time_s = np.broadcast_to(self.time_s[:, None, None], (len(self), len(self.bodies), 1))
-        parts = [time_s, *map(self._form.read, _VECTORS)] if len(self) else [np.empty((0, 0, len(COLUMNS)))]
-        return np.concatenate(parts, axis=2).swapaxes(0, 1)
+        parts = map(self._form.read, _QUANTITIES) if len(self) else [np.empty((0, 0, len(COLUMNS)))]
+        return np.concatenate(list(parts), axis=2).swapaxes(0, 1)
 
     def __len__(self) -> int:
         return len(self.steps)
@@ -207,7 +202,7 @@ class _OfBody(dict[str, np.ndarray]):
 
     def __missing__(self, quantity: str) -> np.ndarray:
         whole, number = self._trajectory, self._number
-        is_large = len(whole) * len(whole.bodies) * len(_VECTORS[quantity]) > _MOST_VALUES
+        is_large = len(whole) * len(whole.bodies) * len(_QUANTITIES[quantity]) > _MOST_VALUES
         if is_large and quantity not in whole._values:
             return whole._form.read(quantity, body=number)
         return whole.all_of(quantity)[:, number]

@@ -42,14 +42,11 @@ def flow_slice(run: RunRecord, box: Any) -> Any:
     picture = flow.choose(run, flow.View())
     if picture is None:
         return None
-    low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-    cell = [size / cells for size, cells in zip(box["size"], run.case["fluid"]["domain_cells"])]
-    for axis, first, cells in zip(
-        (picture.along, picture.across), picture.corner_cells, picture.speed_m_per_s.shape[::-1]
-    ):
-        low[axis], high[axis] = first * cell[axis], (first + cells) * cell[axis]
-    low[picture.normal] = high[picture.normal] = picture.at_m / run.cell_size_m * cell[picture.normal]
-    along, across = sorted((picture.along, picture.across))
+    corners, seen = np.empty((2, 3)), [picture.along, picture.across]  # in cells
+    corners[:, seen] = np.add(picture.corner_cells, [(0, 0), picture.speed_m_per_s.shape[::-1]])
+    corners[:, picture.normal] = picture.at_m / run.cell_size_m
+    low, high = (corners * np.divide(box["size"], run.case["fluid"]["domain_cells"])).tolist()
+    along, across = sorted(seen)
     speed = picture.speed_m_per_s if picture.along == along else picture.speed_m_per_s.T
     rows, columns = (max(1, math.ceil(cells / _MOST_CELLS)) for cells in speed.shape)
     shown = speed[::rows, ::columns]
@@ -68,31 +65,16 @@ def flow_slice(run: RunRecord, box: Any) -> Any:
 
 def figure(scene: Mapping[str, Any]) -> str:
     """The view of a scene; without three.js a line that names the missing package."""
-    return str(HTML.view(scene, caption(scene)) if THREE_JS.is_file() else HTML.view_missing())
+    box = scene["box"]
+    return str(HTML.view(scene, _faces(box) if box else "") if THREE_JS.is_file() else HTML.view_missing())
 
 
-def caption(scene: Mapping[str, Any]) -> str:
-    """What is shown, and the domain."""
-    box, frames, bodies = scene["box"], len(scene["motion"]["steps"]), len(scene["bodies"])
-    sentences = [f"{bodies} {'body' if bodies == 1 else 'bodies'}, {frames} samples of the trajectory."]
-    if box and box["size"]:
-        size = " × ".join(f"{length:.4g}" for length in box["size"])
-        sentences.append(f"Domain {size} {scene['unit']}; {_faces(box)}.")
-    elif box:
-        sentences.append(f"Wall at {box['walls'][0][0]} = 0.")
-    return " ".join(sentences)
-
-
-def _faces(box: Mapping[str, Any]) -> str:
+def _faces(box: Mapping[str, list[str]]) -> str:
     """«walls at x, y and z low; periodic along z; mirror planes across x and y»."""
     whole = [axis for axis in "xyz" if {f"{axis}_low", f"{axis}_high"} <= set(box["walls"])]
     single = [name.replace("_", " ") for name in box["walls"] if name[0] not in whole]
-    kinds = (
-        ("walls at", whole + single),
-        ("periodic along", box["periodic"]),
-        ("mirror planes across", box["symmetry"]),
-    )
-    return "; ".join(f"{kind} {', '.join(names)}" for kind, names in kinds if names) or "open on all sides"
+    kinds = {"walls at": whole + single, "periodic along": box["periodic"], "mirror planes across": box["symmetry"]}
+    return "; ".join(f"{kind} {', '.join(names)}" for kind, names in kinds.items() if names) or "open on all sides"
 
 
 def scripts() -> str:

@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 MARK = "COPEPOD_RUN"  # in the environment of every process of a run, so that none can get lost
 CLAIM = ".copepod-run"  # a file in each folder that a run may remove: the run's mark and the folder's inode
@@ -109,15 +110,9 @@ class Guard:
 
     def __init__(self, mark: str, folders: Sequence[Path], locks: Sequence[int] = ()) -> None:
         """`locks`: descriptors that lock the run directory and `folders`."""
-        self._process = subprocess.Popen(
-            [sys.executable, "-S", "-P", __file__, mark, *map(str, folders)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-            pass_fds=locks,
-            cwd="/",
-        )
+        command = [sys.executable, "-S", "-P", __file__, mark, *map(str, folders)]
+        streams: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self._process = subprocess.Popen(command, **streams, start_new_session=True, pass_fds=locks, cwd="/")
 
     def dismiss(self) -> None:
         try:

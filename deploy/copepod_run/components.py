@@ -227,7 +227,6 @@ def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> It
 def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
     """Environment of all processes: the mark, and settings for those variables that the user has not set."""
     settings = {
-        **_AS_ROOT,
         "OMPI_MCA_orte_tmpdir_base": str(scratch.files),
         "OMPI_MCA_btl_vader_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
@@ -237,17 +236,13 @@ def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):
         settings |= ON_SHARED_CORES
-    return {**settings, **_own_environment(), MARK: scratch.mark}
+    return {**settings, **environment_to_ask(), MARK: scratch.mark}
 
 
 def environment_to_ask() -> dict[str, str]:
-    """Environment of a component that only answers a question."""
-    return {**_AS_ROOT, **_own_environment()}
-
-
-def _own_environment() -> dict[str, str]:
-    """The user's, without the variables that an mpirun sets for this command if it starts it: ours would obey them."""
+    """Environment of a component that only answers a question: the user's, without the variables that an mpirun sets
+    for this command if it starts it, which ours would obey."""
     variables = {**os.environ, "PYTHONPATH": python_path_of_components()}
     if "OMPI_COMM_WORLD_RANK" in variables:
         variables = {name: value for name, value in variables.items() if not name.startswith(_OF_MPIRUN)}
-    return variables
+    return {**_AS_ROOT, **variables}

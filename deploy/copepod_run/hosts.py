@@ -76,9 +76,7 @@ def table(plan: Plan) -> list[tuple[str, str]]:
 
 def require_first_here(plan: Plan) -> None:
     """Raises Stop(2) unless the command runs on the first host of the case."""
-    if not plan.hosts:
-        return
-    name = next(iter(placement(plan)))
+    name = next(iter(placement(plan)), own_host())
     if name.partition(".")[0] == own_host().partition(".")[0]:
         return
     with suppress(OSError):
@@ -124,19 +122,14 @@ def problems_of_hosts(plan: Plan) -> list[str]:
 
 def _problem_of(host: str) -> str:
     try:
-        tried = subprocess.run(
-            connecting_command(host, _NOTHING),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=_TRIED_FOR_S,
-        )
+        command = connecting_command(host, _NOTHING)
+        tried = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_TRIED_FOR_S)
     except subprocess.TimeoutExpired:
         return not_reached(host, f"no answer within {_TRIED_FOR_S} s")
     except OSError as problem:
         return not_reached(host, str(problem))
-    said = tried.stderr.strip().splitlines() or [f"the command ended with {tried.returncode}"]
+    lines = tried.stderr.decode(errors="replace").strip().splitlines()
+    said = lines or [f"the command ended with {tried.returncode}"]
     return not_reached(host, said[-1]) if tried.returncode != 0 else ""
 
 

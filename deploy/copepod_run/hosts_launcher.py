@@ -241,9 +241,8 @@ class HostsLauncher(Launcher):
 
     def _wrong(self) -> Iterator[Wrong]:
         yield from super()._wrong()
-        yield from self._looker.wrong(
-            [pid for connection in self._connections for pid in family_of(connection.pid)], fluid_lives=False
-        )
+        pids = [pid for connection in self._connections for pid in family_of(connection.pid)]
+        yield from self._looker.wrong(pids, fluid_lives=False)
         fluid_lives = self._fluid_lives()
         for connection in self._connections:
             yield from (wrong for wrong in connection.wrong if fluid_lives or wrong.what != "ended")

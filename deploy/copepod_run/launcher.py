@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from copepod_run import cleanup
 from copepod_run.cleanup import COMPONENT, MARK
@@ -86,9 +86,8 @@ class Launcher:
 
     def _wrong(self) -> Iterator[Wrong]:
         """Every process that is not as it should be."""
-        yield from self._looker.wrong(
-            [pid for process in self.processes.values() for pid in family_of(process.pid)], self._fluid_lives()
-        )
+        pids = [pid for process in self.processes.values() for pid in family_of(process.pid)]
+        return self._looker.wrong(pids, self._fluid_lives())
 
     def _fluid_lives(self) -> bool:
         """Whether mpirun does."""
@@ -165,13 +164,8 @@ class RunProcess:
 
     def __init__(self, command: Sequence[str], environment: Mapping[str, str], output: IO[bytes] | int) -> None:
         """`command`: up to its options; `output`: for the result table."""
-        self._popen = start_child(
-            [*command, "--progress", "json"],
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.PIPE,
-        )
+        streams: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": subprocess.PIPE}
+        self._popen = start_child([*command, "--progress", "json"], env=environment, **streams)
         assert self._popen.stderr is not None
         self._stderr = self._popen.stderr
         self.descriptor = self._stderr.fileno()  # becomes readable when there is something to read()

@@ -94,10 +94,9 @@ def describe_exit(
             return replace(reported, log=log, log_file=log_file)
         if 128 < returncode <= 128 + signal.SIGRTMAX:  # a rank that was killed before it had started MPI
             returncode = 128 - returncode
-    every_rank = f"0-{ranks - 1}" if component == "fluid" and ranks > 1 else "0"
-    if returncode < 0:
-        return Exit(component, 0, -returncode, every_rank, host, output, log, log_file)
-    return Exit(component, returncode, 0, every_rank if returncode == 0 else "0", host, output, log, log_file)
+    are_all = component == "fluid" and ranks > 1 and returncode <= 0
+    rank = f"0-{ranks - 1}" if are_all else "0"
+    return Exit(component, max(returncode, 0), max(-returncode, 0), rank, host, output, log, log_file)
 
 
 def failure_of_event(event: Event, host: str) -> Failure:

@@ -169,13 +169,9 @@ class Watch:
 
     def _is_loss_without_cause(self) -> bool:
         """Whether the coupler has only noticed that the fluid went silent, while mpirun's exit may give the cause."""
-        return (
-            self._reported is not None
-            and self._reported.code == ExitCode.COMPONENT_LOST
-            and self._reported.component == "fluid"
-            and self._reported.component not in [exit.component for exit in self._exits]
-            and not any(exit.signal for exit in self._exits)
-        )
+        reported = self._reported
+        is_loss = reported is not None and reported.code == ExitCode.COMPONENT_LOST and reported.component == "fluid"
+        return is_loss and not any(exit.signal or exit.component == "fluid" for exit in self._exits)
 
     def _note_exit(self, process: Process) -> None:
         if process.returncode is None:

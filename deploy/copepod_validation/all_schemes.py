@@ -9,9 +9,8 @@ import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,8 +36,7 @@ _VERDICTS = ("right", "warned", "refused", "wrong")
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Combination:
+class Combination(NamedTuple):
     collision: str = "trt"
     moving_boundary: str = "parabolic"
     refill: str = "nonequilibrium"
@@ -149,10 +147,10 @@ def judged(chosen: Sequence[Combination], jobs: int | None, build: str, kept: Pa
             deviation = _deviation_percent(motion, expected[one.reference])
             verdict = verdict or ("right" if deviation <= one.limit else "wrong")
             rows[one] = {"verdict": verdict, "deviation": deviation, "limit": one.limit, "message": message}
-            file.write(json.dumps(asdict(one) | rows[one] | {"build": build}) + "\n")
+            file.write(json.dumps(one._asdict() | rows[one] | {"build": build}) + "\n")
             file.flush()
             stage.count(len(rows), len(chosen))
-    return [asdict(one) | rows[one] for one in chosen]
+    return [one._asdict() | rows[one] for one in chosen]
 
 
 def _read(kept: Path, build: str) -> Iterator[tuple[Combination, Row]]:
@@ -162,7 +160,7 @@ def _read(kept: Path, build: str) -> Iterator[tuple[Combination, Row]]:
     if own != lines:
         kept.write_text("".join(own))
     for row in map(json.loads, own):
-        yield Combination(*(row.pop(field.name) for field in fields(Combination))), row
+        yield Combination(*map(row.pop, Combination._fields)), row
 
 
 def _deviation_percent(motion: np.ndarray | None, expected: np.ndarray | None) -> float:

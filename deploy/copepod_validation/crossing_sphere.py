@@ -1,8 +1,7 @@
 """Noise of the loads on a sphere that crosses the grid at a constant velocity, straight and obliquely."""
 
 import json
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +20,7 @@ _PATHS = {
 }
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     path: str
     tau: float
 
@@ -74,11 +72,9 @@ def _residual(values: np.ndarray) -> np.ndarray:
 
 def section(results: Results[dict[str, Any]]) -> Section:
     heads = "path | τ | scheme | raw [% rms] | raw, peak [%] | averaged [% rms] | lateral [% rms]"
-    rows = [
-        f"{point.path} | {point.tau:g} | {scheme} | "
-        "{raw:.2f} | {peak:.2f} | {averaged:.2f} | {lateral:.2f}".format(**noise)
-        for scheme, point, noise in sorted(results, key=lambda result: (result[1].path, result[1].tau))
-    ]
+    form = "{0.path} | {0.tau:g} | {1} | {raw:.2f} | {peak:.2f} | {averaged:.2f} | {lateral:.2f}"
+    ordered = sorted(results, key=lambda result: result[1])
+    rows = [form.format(point, scheme, **noise) for scheme, point, noise in ordered]
     overview = {}
     for scheme, found in by_scheme(results).items():
         overview[scheme, "noise, raw [% rms]"] = f"{max(noise['raw'] for noise in found):.2f}"

@@ -1,7 +1,7 @@
 """One flow in two frames of reference: a sphere that moves through fluid, and fluid that moves past a sphere; a sphere
 that turns in fluid at rest, and in fluid that carries it along."""
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,7 @@ _DISPLACED = 4.18879 * RADIUS**3
 _CELLS, _FROM, _STEPS = 40, 400, 900
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     frame: str  # "fluid" or "sphere": what moves; of a sphere that turns, the one in which all rests or moves
     speed: float
     tau: float
@@ -60,7 +59,7 @@ def section(results: Results[np.ndarray]) -> Section:
     for scheme, point, (force, torque) in results:
         if point.frame == "fluid":
             continue
-        other_force, other_torque = loads[scheme, replace(point, frame="fluid")]
+        other_force, other_torque = loads[scheme, point._replace(frame="fluid")]
         if point.motion == "moves":
             moves.append((scheme, point, 100 * (abs(force[2] / other_force[2]) - 1)))
             continue

@@ -6,7 +6,7 @@ Wind Tunnel Testing, 1966, 6.20 and 6.32], C the section of the stream, S the sp
     u/U − 1 = 0.9 V/C^(3/2) + S C_d/(4C)
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from copepod_validation.experiment import table_by_point, uniform_flow, worst
 _SPEED, _WIDTH, _LENGTH, _UPSTREAM, _TRAVEL = 0.05, 12, 18, 6, 20  # lengths in diameters
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     reynolds: float
     diameter: int = 8
 

@@ -1,8 +1,7 @@
 """Spheres of any density that a constant force drives through fluid at rest: how they start, and where they tend to."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +23,7 @@ _NEUTRAL = {0.55: 0.5433, 2 / 3: 0.5431, 1.0: 0.5430, 2.0: 0.5430}  # by τ: whe
 _NEUTRAL_FINE = 0.4104  # the same at R = 8
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     kind: str  # "terminal" or "start"
     density: float
     tau: float
@@ -116,13 +114,13 @@ def section(results: Results[float]) -> Section:
     def cell(scheme: str, point: Point, value: float) -> str:
         if point.kind == "start":
             return f"{value:.1f}"
-        neutral = values[scheme, replace(point, density=1.0, bodies="own")]
+        neutral = values[scheme, point._replace(density=1.0, bodies="own")]
         return f"{value:.4f} ({100 * (value / neutral - 1):+.2f})"
 
     tables = {}
     for kind in dict.fromkeys(point.kind for _, point, _ in results):
         found = [
-            (f"ρ = {point.density:g}", (scheme, replace(point, density=0.0)), cell(scheme, point, value))
+            (f"ρ = {point.density:g}", (scheme, point._replace(density=0.0)), cell(scheme, point, value))
             for scheme, point, value in results
             if point.kind == kind
         ]

@@ -1,6 +1,6 @@
 """Force on a sphere that oscillates in a periodic cube: Stokes drag, added mass and Basset's history force."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,7 @@ def resistance(s: complex, radius: float, edge: float, viscosity: float, density
     return complex((free - (free + inertia) * carried * inertia) / (1 + (free + inertia) * carried))
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     depths: float  # radius over δ
 
     @property

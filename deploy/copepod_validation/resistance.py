@@ -1,6 +1,6 @@
 """Resistances of a sphere beside a wall and of two spheres that slide past each other and turn, with their films."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +26,7 @@ EXACT = {
 }
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     kind: str
     way: str
     gap: float  # over the radius

@@ -1,6 +1,6 @@
 """A sphere that settles in a closed box from rest: the four experiments of ten Cate et al. (2002)."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +14,7 @@ _SPEED = 0.03  # of u∞, in cells per step
 _CELLS = 12  # per diameter
 
 
-@dataclass(frozen=True)
-class Oil:
+class Oil(NamedTuple):
     """Tables I and II of the paper; `simulated`: largest velocity of its own lattice Boltzmann simulations."""
 
     name: str
@@ -46,8 +45,7 @@ E4_MEASURED = np.array(
 )
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     oil: Oil
     diameter: int  # cells
 
@@ -76,8 +74,7 @@ def case_of(point: Point) -> CaseDict:
     return case | {"gravity_m_per_s2": [0, 0, -_GRAVITY_M_PER_S2 * point.step_s**2 / cell_m]}
 
 
-@dataclass(frozen=True)
-class Fall:
+class Fall(NamedTuple):
     """Time [s], velocity over u∞, gap to the floor over the diameter; shape (steps + 1,)."""
 
     oil: Oil
@@ -107,12 +104,8 @@ class Fall:
 
 def evaluate(run: Trajectory, point: Point) -> Fall:
     motion = run.of("sphere")
-    return Fall(
-        point.oil,
-        run.steps * point.step_s,
-        -motion["velocity_m_per_s"][:, 2] / _SPEED,
-        motion["position_m"][:, 2] / point.diameter - 0.5,
-    )
+    speed, gap = -motion["velocity_m_per_s"][:, 2] / _SPEED, motion["position_m"][:, 2] / point.diameter - 0.5
+    return Fall(point.oil, run.steps * point.step_s, speed, gap)
 
 
 def section(results: Results[Fall]) -> Section:

@@ -4,7 +4,7 @@
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,8 +44,7 @@ def semi_axes(aspect: float) -> list[float]:
     return [across, across, aspect * across]
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     shape: str
     pose: int
     edge: int = 96  # of the periodic cube

@@ -4,7 +4,7 @@
     E and Ω: rate of strain and rotation of the undisturbed flow           [Jeffery, Proc. R. Soc. A 102, 1922]
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,7 @@ _CELLS = 64
 _TURN = [0.8, 0.36, 0.48, 0.0]  # unit quaternion of the body with three different axes
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     shape: str
     tau: float
     rate: float

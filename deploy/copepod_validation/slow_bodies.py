@@ -1,7 +1,7 @@
 """Drag of pairs of spheres in slow flow, in a periodic cube."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,7 @@ APPROACHING = {0.02: 28.11402, 0.125: 6.31928, 0.5: 2.77242, 1.0: 2.03865, 2.0: 
 _SPEED, _APPROACH = 2e-4, 2e-9
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     kind: str
     gap: float  # over the radius
 

@@ -6,7 +6,7 @@ driven by a body force f; U is the superficial velocity.
 """
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, replace
+from typing import NamedTuple
 
 import h5py
 import numpy as np
@@ -28,8 +28,7 @@ _RELAXATIONS = 5
 _DEPTH = 4  # of the cell, along a cylinder [cells]
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     solid_fraction: float
     cells: int  # along an edge of the cube
     tau: float
@@ -120,8 +119,8 @@ def _limit(values: Sequence[float]) -> float:
 def section(results: Results[tuple[float, float]]) -> Section:
     """A row per point: mean over the centres, largest deviation from it."""
     errors: dict[tuple[str, Point], list[float]] = {}
-    for scheme, point, (error, _) in sorted(results, key=lambda result: astuple(result[1])):
-        errors.setdefault((scheme, replace(point, centre=0)), []).append(error)
+    for scheme, point, (error, _) in sorted(results, key=lambda result: result[1]):
+        errors.setdefault((scheme, point._replace(centre=0)), []).append(error)
     arrays = [(*key, found) for key, found in errors.items()]
 
     def row(point: Point) -> str:

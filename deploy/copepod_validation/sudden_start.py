@@ -1,7 +1,7 @@
 """Impulse on a sphere that starts suddenly in a periodic cube: Stokes drag, added mass and Basset's history force."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ def inverse_laplace(transform: Callable[[complex], complex], time: float, points
     return float(total * r / points)
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     tau: float
 
 

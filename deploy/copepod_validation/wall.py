@@ -1,6 +1,6 @@
 """A sphere that moves near a wall or turns there, so slowly and briefly that the gap stays what it is."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,8 +32,7 @@ DRAG = {  # by the height of the centre over the radius
 }
 
 
-@dataclass(frozen=True)
-class Point:
+class Point(NamedTuple):
     way: str  # "towards", "along" or "turning"
     height: float  # of the centre, over the radius
     radius: float = 4.0

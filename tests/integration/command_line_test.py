@@ -1,15 +1,18 @@
 """What people expect of a command: its version, quiet, JSON, completion, manual pages, estimates."""
 
 import contextlib
+import importlib
 import io
 import json
 import os
 import subprocess
+import tomllib
 import unittest
 
 from copepod_session import COMMAND, ROOT, TinyRunTest  # sets the path of our modules
 
-from copepod_command.main import parse
+from copepod_command.main import _KIT_TOOLS, parse
+from copepod_command.parser import _COMMANDS
 
 
 class Arguments(unittest.TestCase):
@@ -53,6 +56,17 @@ class Arguments(unittest.TestCase):
         with contextlib.redirect_stdout(stdout), self.assertRaisesRegex(SystemExit, "^0$"):
             parse(["report", "--help"])
         self.assertIn("\npicture of the flow:\n  of runs that recorded one (output.fields)\n", stdout.getvalue())
+        self.assertIn("[--out FOLDER]", stdout.getvalue())
+
+    def test_everything_in_the_table_of_commands_is_there_and_used(self):
+        table = tomllib.loads(_COMMANDS.read_text())
+        shared = table.pop("shared")
+        given = [(words, value) for command in table.values() for words, value in command.get("options", {}).items()]
+        self.assertEqual({words for words, value in given if value is True}, set(shared))
+        for name, command in table.items():
+            if name not in _KIT_TOOLS:
+                module, _, function = command["action"].partition(":")
+                self.assertTrue(callable(getattr(importlib.import_module(module), function)), name)
 
 
 class CommandLine(TinyRunTest):

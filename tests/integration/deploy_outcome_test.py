@@ -42,7 +42,7 @@ class DescribeExit(unittest.TestCase):
 
     def test_killed_mpirun_took_all_ranks_along(self):
         exit = describe_exit("fluid", -9, "", "here", ranks=4)
-        self.assertEqual((exit.signal, exit.rank, exit.host), (9, "0-3", "here"))
+        self.assertEqual((exit.signal, exit.code, exit.rank, exit.host), (9, 0, "0-3", "here"))
 
     def test_mpirun_that_had_to_be_killed_is_taken_at_its_word(self):
         exit = describe_exit("fluid", -9, KILLED_RANK, "here", ranks=4)
@@ -54,7 +54,7 @@ class DescribeExit(unittest.TestCase):
 
     def test_success_is_success_whatever_the_log_says(self):
         exit = describe_exit("fluid", 0, FAILED_RANK, "here", ranks=4)
-        self.assertEqual((exit.signal, exit.code), (0, 0))
+        self.assertEqual((exit.signal, exit.code, exit.rank), (0, 0, "0-3"))
 
 
 class Judge(unittest.TestCase):

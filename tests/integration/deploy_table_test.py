@@ -7,6 +7,7 @@ from types import SimpleNamespace
 from unittest import mock
 
 import copepod_session  # noqa: F401  (makes the command's modules importable)
+from copepod_bench import bench
 from copepod_run.errors import BY_SIGNAL, ExitCode, Stop
 from copepod_run import estimate
 from copepod_run.figures import MOST_TABLES, compared, number_text, result_table
@@ -209,6 +210,41 @@ class Estimates(unittest.TestCase):
             for bodies, measured_s in ((10, 1.64), (30, 7.39), (120, 212.64)):
                 shown = estimate.time_of(plans[bodies])[0]
                 self.assertLess(max(shown / measured_s, measured_s / shown), 1.5, (bodies, shown))
+
+
+class Benchmark(unittest.TestCase):
+    """The tables of `copepod bench`."""
+
+    def test_has_a_row_for_every_measurement_and_warns_of_a_busy_machine(self):
+        alone = {"domain_cells": (48, 48, 48), "precision": "double", "collision": "bgk", "ranks": 2}
+        alone |= {"median_copy_gb_per_s": 9.87, "median_streams_mcells_per_s": 40.04, "median_fluid_mlups": 35.55}
+        samples = [
+            {"ratio": ratio, "phases_s": {"fluid": {"map": 1.0, "bulk": 3.0}}} for ratio in (0.904, 0.876, 0.956)
+        ]
+        coupled = {
+            **alone,
+            "beads": 3,
+            "shape": "sphere",
+            "transport": "ipc",
+            "symmetry_planes": ("x", "y"),
+            "keys": {},
+        }
+        coupled |= {"median_coupled_mlups": 32.14, "median_ratio": 0.904, "median_coupling_overhead": 0.0123}
+        coupled |= {"samples": samples, "others": 0.01}
+        published = {**coupled, "keys": bench.PUBLISHED, "symmetry_planes": (), "others": 0.254}
+        pure = [{**alone, "median_share_of_limit": 0.888}]
+        table = bench._table({"pure": pure, "coupled": [coupled, published]})
+        row = "| 48×48×48 | {} | 3 | sphere | 2 | ipc | 32.1 | 35.5 | 0.90 (0.88–0.96) | 0.012 |"
+        defaults, as_published = table.partition("bgk, bounce_back, equilibrium, no lubrication")[::2]
+        self.assertIn("\n| 48×48×48 | double | bgk | 2 | 9.9 | 40.0 | 35.5 | 0.89 |\n\n", defaults)
+        self.assertIn(f"|---|\n{row.format('x, y')}\n\n", defaults)
+        self.assertIn(f"|---|\n{row.format('none')}\n\n", as_published)
+        self.assertIn("\n\nThe machine was busy: other work had up to 25 % of it.", table)
+        self.assertIn("\n| domain | beads | boundary | transport | map | bulk |\n|---|---|---|---|---|---|\n", table)
+        last = ["| 48×48×48 | 3 × sphere | default | ipc | 25.0 | 75.0 |"]
+        last += ["| 48×48×48 | 3 × sphere | bounce_back | ipc | 25.0 | 75.0 |"]
+        self.assertEqual(table.splitlines()[-2:], last)
+        self.assertNotIn("busy", bench._table({"pure": pure, "coupled": [coupled]}))
 
 
 class Refusals(unittest.TestCase):

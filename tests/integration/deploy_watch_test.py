@@ -12,7 +12,7 @@ from unittest import mock
 import copepod_session  # noqa: F401  (makes the command's modules importable)
 from copepod_run.hosts_launcher import HostsLauncher
 from copepod_run.launcher import Launcher, Process
-from copepod_run.outcome import lost
+from copepod_run.outcome import Exit, lost
 from copepod_run.processes import Wrong
 from copepod_run.signals import SignalRecorder
 from copepod_run.watch import Watch
@@ -114,6 +114,19 @@ class WatchOfThreeHosts(unittest.TestCase):
         failure = self.watch.wait().failure
         self.assertEqual((failure.component, failure.host, failure.step), ("body", "c", 700))
         self.assertIn("SIGSEGV", failure.reason)
+
+    def test_only_the_loss_of_a_fluid_that_has_not_ended_waits_for_its_cause(self):
+        for component, exits, waits in (
+            ("fluid", [], True),
+            ("fluid", [Exit("body")], True),
+            ("body", [], False),
+            ("fluid", [Exit("fluid")], False),
+            ("fluid", [Exit("body", signal=9)], False),
+        ):
+            self.watch._reported, self.watch._exits = lost(component, "b", "0", "is silent."), exits
+            self.assertIs(self.watch._is_loss_without_cause(), waits, (component, exits))
+        self.watch._reported = None
+        self.assertFalse(self.watch._is_loss_without_cause())
 
     def test_trouble_that_the_launcher_sees_ends_the_run(self):
         self.launcher.trouble = lost("fluid", "b", "3", "frozen: its process 7 is stopped.")

@@ -438,6 +438,7 @@ class Report(CommandTest):
         self.assertLess(len(text), 1_500_000)
         self.assertIn("<image", text)
         self.assertGreater(text.count("var(--c1)"), 10)
+        self.assertNotRegex(text.partition("</style>")[2], "(?:fill|stroke): #")  # nor has the grid colours of its own
 
     def test_plots_are_written_in_the_formats_that_are_asked_for(self):
         write_run(self.folder / "run")

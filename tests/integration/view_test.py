@@ -151,6 +151,25 @@ class Scene(unittest.TestCase):
         self.assertLessEqual(300 * most_frames(300), MOST_SAMPLES)
         self.assertLessEqual(100 * 300 * most_frames(300, views=100), 4 * MOST_SAMPLES)
 
+    def test_the_caption_names_what_is_shown_and_what_bounds_it(self):
+        flow = {"title": "Speed in the plane at step 7", "most_m_per_s": 0.012345}
+        wall = {"size": None, "walls": ["z_low"], "periodic": [], "symmetry": []}
+        faces = "walls at x, y low; periodic along z; mirror planes across x"
+        domain = f"3 bodies, 201 samples of the trajectory. Domain 40 × 40 × 80 µm; {faces}."
+        open_box = {"size": [1.0, 2.0, 12345.6], "walls": [], "periodic": [], "symmetry": []}
+        for changed, expected in (
+            ({}, domain),
+            (
+                {"flow": flow},
+                f"{domain} {flow['title']}: 0 <span class=\"scale\"></span> 0.0123 m/s, square-root scale.",
+            ),
+            ({"box": None, "bodies": self.scene["bodies"][:1]}, "1 body, 201 samples of the trajectory."),
+            ({"box": wall}, "3 bodies, 201 samples of the trajectory. Wall at z = 0."),
+            ({"box": open_box}, "… Domain 1 × 2 × 1.235e+04 µm; open on all sides."),
+        ):
+            html = view.figure({**self.scene, **changed})
+            self.assertIn(f"{expected.removeprefix('…')}</figcaption>", html)
+
     def test_names_cannot_end_the_script(self):
         html = view.figure({**self.scene, "name": "</script><b>"})
         self.assertEqual(html.count("</script>"), 1)
