@@ -20,7 +20,7 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
-#include "forces/springs.hpp"
+#include "forces/forces.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/shapes/solid.hpp"
 

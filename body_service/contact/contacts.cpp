@@ -12,7 +12,6 @@
 
 #include <Eigen/Geometry>
 
-#include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/segment_distance.hpp"
@@ -229,7 +228,7 @@ double Contacts::inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, con
     return model_.inverse_mass_per_kg(body);  // the arm is along the normal
   Eigen::Vector3d force = normal;
   Eigen::Vector3d torque = arm_m.cross(normal);
-  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
+  model_.constrain_loads(body, force, torque);
   return force.squaredNorm() * model_.inverse_mass_per_kg(body) +
          torque.dot(model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body), torque));
 }
@@ -332,7 +331,7 @@ void Contacts::apply(MotionState& state, double duration_s) {
     if (!model_.moves(body)) continue;
     Eigen::Vector3d force_N = force_N_.col(body);
     Eigen::Vector3d torque_N_m = torque_N_m_.col(body);
-    constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);
+    model_.constrain_loads(body, force_N, torque_N_m);
     state.velocity_m_per_s.col(body) += duration_s * model_.inverse_mass_per_kg(body) * force_N;
     state.angular_momentum_N_m_s.col(body) += duration_s * torque_N_m;
   }

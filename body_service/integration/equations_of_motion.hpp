@@ -6,8 +6,7 @@
 #include <Eigen/Core>
 
 #include "contract/exchange.hpp"
-#include "forces/actuators.hpp"
-#include "forces/force_element.hpp"
+#include "forces/forces.hpp"
 #include "joints/joints.hpp"
 #include "model/body_block.hpp"
 #include "model/body_model.hpp"

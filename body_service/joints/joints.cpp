@@ -6,7 +6,6 @@
 #include <string>
 #include <tuple>
 
-#include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
@@ -201,7 +200,7 @@ JointSide Joints::side(int body, Eigen::Index first, const State& state) const {
 std::pair<Eigen::Vector3d, Eigen::Vector3d> Joints::answer(int body, const JointSide& side, Eigen::Vector3d force_N,
                                                            Eigen::Vector3d torque_N_m) const {
   if (!moves(body)) return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);
+  model_.constrain_loads(body, force_N, torque_N_m);
   return {model_.inverse_mass_per_kg(body) * force_N, model_.per_inertia(body, side.R_WB, torque_N_m)};
 }
 
@@ -512,7 +511,7 @@ void Joints::correct_velocities(const Island& island, double at, Work& work, Mot
         torque += work.multipliers[row] * work.rows[row].angular[end];
       }
       Eigen::Vector3d none = Eigen::Vector3d::Zero();
-      constrain_loads(model_.motion(body), model_.axis(body), none, torque);
+      model_.constrain_loads(body, none, torque);
       state.angular_momentum_N_m_s.col(body) += torque;
     });
   }

@@ -62,6 +62,20 @@ class BodyModel {
     }
   }
 
+  /// Takes from force and torque what the constraint force of the body's kind of motion balances      (B12)
+  ///   free: nothing;   fixed, prescribed: all;   axis: all but the part along the axis, F → a (a·F)
+  void constrain_loads(Eigen::Index body, Eigen::Ref<Eigen::Vector3d> force_N,
+                       Eigen::Ref<Eigen::Vector3d> torque_N_m) const {
+    if (motions_[body] == MotionKind::free) return;
+    if (motions_[body] == MotionKind::axis) {
+      force_N = axis(body) * axis(body).dot(force_N);
+      torque_N_m = axis(body) * axis(body).dot(torque_N_m);
+    } else {
+      force_N.setZero();
+      torque_N_m.setZero();
+    }
+  }
+
   /// State of motion at the start of the run.
   [[nodiscard]] const MotionState& initial_state() const { return initial_; }
 

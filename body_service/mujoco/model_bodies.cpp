@@ -1,5 +1,3 @@
-#include "mujoco/model_bodies.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
+#include "mujoco/mujoco_world.hpp"
 
 namespace copepod::body {
 

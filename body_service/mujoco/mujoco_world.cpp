@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "contract/errors.hpp"
-#include "mujoco/model_bodies.hpp"
 
 namespace copepod::body {
 
