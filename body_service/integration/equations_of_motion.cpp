@@ -1,8 +1,7 @@
-#include "integration/equations_of_motion.hpp"
-
 #include <algorithm>
 #include <utility>
 
+#include "integration/integration.hpp"
 #include "model/vector_loops.hpp"
 
 namespace copepod::body {

@@ -21,22 +21,18 @@ bool is_positive(double number) { return number > 0.0 && std::isfinite(number); 
 
 void check_shape(const BodySpecification& body, const Shape& shape) {
   const bool has_radius = is_round(shape) || shape.kind == ShapeKind::cylinder || &shape == &body.shape;
-  if (has_radius && !is_positive(shape.radius_m)) {
+  if (has_radius && !is_positive(shape.radius_m))
     reject(body,
            "radius_m " + rounded_text(shape.radius_m) + " (a shape needs a finite extent > 0). Use a positive radius.");
-  }
-  if (shape.kind == ShapeKind::capsule && (!(shape.length_m >= 0.0) || !std::isfinite(shape.length_m))) {
+  if (shape.kind == ShapeKind::capsule && (!(shape.length_m >= 0.0) || !std::isfinite(shape.length_m)))
     reject(body,
            "length_m " + rounded_text(shape.length_m) + " (the cylinder part cannot be negative). Use 0 or more.");
-  }
-  if (shape.kind == ShapeKind::cylinder && !is_positive(shape.length_m)) {
+  if (shape.kind == ShapeKind::cylinder && !is_positive(shape.length_m))
     reject(body,
            "length_m " + rounded_text(shape.length_m) + " (a shape needs a finite extent > 0). Use a positive length.");
-  }
   if ((shape.kind == ShapeKind::ellipsoid || shape.kind == ShapeKind::box) &&
-      !(shape.extents_m.minCoeff() > 0.0 && shape.extents_m.allFinite())) {
+      !(shape.extents_m.minCoeff() > 0.0 && shape.extents_m.allFinite()))
     reject(body, "its extents are not all positive (a shape needs finite extents > 0). Use positive lengths.");
-  }
   if (shape.kind == ShapeKind::mesh && (shape.mesh == nullptr || !is_positive(make_solid(shape)->moments().volume)))
     reject(body, "its mesh encloses no volume (it is empty, open or inside out). Use a closed mesh.");
   if (shape.kind == ShapeKind::compound && shape.parts.empty())
@@ -61,25 +57,21 @@ void check_inertia(const BodySpecification& body) {
 }
 
 void check(const BodySpecification& body) {
-  if (!is_positive(body.mass_kg)) {
+  if (!is_positive(body.mass_kg))
     reject(body, "mass_kg " + rounded_text(body.mass_kg) + " (a body needs a finite mass > 0). Use a positive mass.");
-  }
   check_shape(body, body.shape);
   check_inertia(body);
-  if (!(std::abs(body.orientation_wxyz.norm() - 1.0) < 1e-6)) {
+  if (!(std::abs(body.orientation_wxyz.norm() - 1.0) < 1e-6))
     reject(body, "orientation_wxyz has norm " + rounded_text(body.orientation_wxyz.norm()) +
                      " (a rotation is a unit quaternion). Divide it by its norm.");
-  }
   if (!body.position_m.allFinite() || !body.velocity_m_per_s.allFinite() ||
-      !body.angular_velocity_rad_per_s.allFinite()) {
+      !body.angular_velocity_rad_per_s.allFinite())
     reject(body, "its initial state is not finite (a number is inf or NaN). Use finite numbers.");
-  }
   if (body.motion > MotionKind::axis)
     reject(body, "unknown kind of motion (the setup holds no valid value). Use free, fixed, prescribed or axis.");
-  if (body.motion == MotionKind::axis && !(std::abs(body.axis.norm() - 1.0) < 1e-6)) {
+  if (body.motion == MotionKind::axis && !(std::abs(body.axis.norm() - 1.0) < 1e-6))
     reject(body, "its axis has length " + rounded_text(body.axis.norm()) +
                      " (a direction is a unit vector). Divide it by its length.");
-  }
 }
 
 /// An initial velocity, brought into line with the body's kind of motion: along the axis for `axis`.
@@ -92,11 +84,10 @@ Eigen::Vector3d constrained(const BodySpecification& body, const Eigen::Vector3d
   constexpr double rounding = 1e-9;  // of the case's numbers
   const Eigen::Vector3d axis = body.axis.normalized();
   Eigen::Vector3d part = axis * axis.dot(velocity);
-  if ((velocity - part).norm() > rounding * velocity.norm()) {
+  if ((velocity - part).norm() > rounding * velocity.norm())
     reject(body, std::string(key) +
                      " points off its axis (motion: axis moves along, and turns about, the axis only). Give a "
                      "velocity along the axis or use motion: free.");
-  }
   return part;
 }
 
