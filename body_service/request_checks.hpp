@@ -27,11 +27,10 @@ inline void require_positive_step(double step_s) {
 /// @throws SolverError if the loads are of another step or have the wrong shape
 inline void require_matching_loads(const AppliedLoads& applied, std::int64_t step, Eigen::Index bodies,
                                    Eigen::Index actuators, Eigen::Index nodes) {
-  if (applied.hydrodynamic.step != step) {
+  if (applied.hydrodynamic.step != step)
     throw SolverError("loads of step " + std::to_string(applied.hydrodynamic.step) + " arrived in step " +
                           std::to_string(step) + " (steps must follow each other). Send them in order.",
                       0, step);
-  }
   if (applied.hydrodynamic.force_N.cols() == bodies && applied.hydrodynamic.torque_N_m.cols() == bodies &&
       applied.actuation.rows() == actuators && applied.actuation.cols() == nodes)
     return;

@@ -25,10 +25,9 @@ int checked_threads(const BodySetup& setup) {
 /// Weights of the values at the nodes for the polynomial through them, at the fraction `at` of the step.
 Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double at) {
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
+  for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t j = 0; j < nodes.size(); ++j)
       if (j != i) weights[static_cast<Eigen::Index>(i)] *= (at - nodes[j]) / (nodes[i] - nodes[j]);
-  }
   return weights;
 }
 

@@ -8,8 +8,7 @@
 #include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/solver_context.hpp"
-#include "integration/equations_of_motion.hpp"
-#include "integration/time_integrator.hpp"
+#include "integration/integration.hpp"
 #include "model/motion_state.hpp"
 #include "threads/thread_team.hpp"
 

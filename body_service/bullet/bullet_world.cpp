@@ -20,7 +20,7 @@
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
-#include "forces/springs.hpp"
+#include "forces/forces.hpp"
 #include "geometry/rotation.hpp"
 #include "geometry/shapes/solid.hpp"
 
@@ -281,10 +281,9 @@ class BulletWorld final : public EngineWorld {
       if (model.motion(body) == MotionKind::axis) add_joint(body, start);
     }
     for (const WallSpecification& wall : setup.walls) add_wall(wall);
-    for (const SpringSpecification& spring : setup.springs) {
+    for (const SpringSpecification& spring : setup.springs)
       pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
                                                           *bodies_[static_cast<std::size_t>(spring.body_B)]));
-    }
   }
 
   [[nodiscard]] bool has_springs() const override { return true; }

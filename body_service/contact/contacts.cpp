@@ -12,7 +12,6 @@
 
 #include <Eigen/Geometry>
 
-#include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/segment_distance.hpp"
@@ -35,14 +34,12 @@ void share_ranges(ThreadTeam& team, std::size_t count, const Work& work) {
 
 void check_contact(const BodySetup& setup) {
   const ContactSpecification& contact = setup.contact;
-  if (!(contact.restitution > 0.0 && contact.restitution <= 1.0)) {
+  if (!(contact.restitution > 0.0 && contact.restitution <= 1.0))
     throw CaseError("contact.restitution " + rounded_text(contact.restitution) +
                     " (a rebound has a part of the velocity before it). Use a number between 0.05 and 1.");
-  }
-  if (!(contact.friction >= 0.0)) {
+  if (!(contact.friction >= 0.0))
     throw CaseError("contact.friction " + rounded_text(contact.friction) +
                     " (friction must not create energy). Use 0 or more.");
-  }
   for (const BodySpecification& body : setup.bodies) {
     if (is_round(body.shape)) continue;
     throw CaseError("body '" + body.name + "' has shape " + word_of(body.shape) +
@@ -98,11 +95,10 @@ Contacts::Contacts(const BodySetup& setup, const BodyModel& model, const Joints&
       rank_(setup.bodies.size()),
       by_rank_(bodies_by_name(model)) {
   check_contact(setup);
-  if (!near_pairs.longer_than_the_box().empty()) {
+  if (!near_pairs.longer_than_the_box().empty())
     throw CaseError(
         "body '" + model.name(near_pairs.longer_than_the_box().front()) +
         "' is longer than the periodic domain (it would be in contact with its own image). Use a larger domain.");
-  }
   law_ = {setup.contact.stiffness_N_per_m, damping_ratio_of(setup.contact.restitution)};
   for (std::size_t rank = 0; rank < by_rank_.size(); ++rank)
     rank_[static_cast<std::size_t>(by_rank_[rank])] = static_cast<int>(rank);
@@ -131,12 +127,7 @@ void Contacts::prepare(const MotionState& state, const Interval& interval) {
   for (Eigen::Index body = 0; body < model_.bodies(); ++body) {
     double speed_m_per_s = state.velocity_m_per_s.col(body).norm();
     const double half_length_m = core_half_length_m(model_.shape(body));
-    if (half_length_m > 0.0) {
-      speed_m_per_s += half_length_m * model_
-                                           .angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body),
-                                                                       state.angular_momentum_N_m_s.col(body))
-                                           .norm();
-    }
+    if (half_length_m > 0.0) speed_m_per_s += half_length_m * model_.angular_velocity_rad_per_s(body, state).norm();
     fastest_m_per_s = std::max(fastest_m_per_s, speed_m_per_s);
   }
   // Two bodies approach each other at most twice as fast, over the half of the interval or to its other end.
@@ -185,10 +176,9 @@ void Contacts::push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uin
   const double distance_m = between_m.norm();
   const double overlap_m = shape_A.radius_m + shape_B.radius_m - distance_m;
   if (overlap_m < -near_m_) return;
-  if (overlap_m > std::min(shape_A.radius_m, shape_B.radius_m)) {
+  if (overlap_m > std::min(shape_A.radius_m, shape_B.radius_m))
     throw too_soft("bodies '" + model_.name(A) + "' and '" + model_.name(B) + "' are pressed into each other",
                    overlap_m);
-  }
   Touch touch{.A = A, .B = B, .image = image, .normal = between_m / distance_m, .overlap_m = overlap_m};
   touch.arm_A_m = at_A_m + (shape_A.radius_m - 0.5 * overlap_m) * touch.normal;
   touch.arm_B_m = at_B_m - (shape_B.radius_m - 0.5 * overlap_m) * touch.normal;
@@ -207,9 +197,8 @@ void Contacts::push_from_wall(int body, std::size_t wall, const MotionState& sta
   const auto overlap_m = [&](int end) { return shape.radius_m - height_m + (end == 0 ? slope_m : -slope_m); };
   for (int end = 0; end < ends; ++end) {
     if (overlap_m(end) < -near_m_) continue;
-    if (overlap_m(end) > shape.radius_m) {
+    if (overlap_m(end) > shape.radius_m)
       throw too_soft("body '" + model_.name(body) + "' is pressed into a wall", overlap_m(end));
-    }
     Touch touch{.A = body, .normal = -plane.normal, .overlap_m = overlap_m(end)};
     const Eigen::Vector3d at_m = (end == 0 ? -1.0 : 1.0) * (ends - 1) * half_m;
     touch.arm_A_m = at_m + (shape.radius_m - touch.overlap_m) * touch.normal;
@@ -229,7 +218,7 @@ double Contacts::inverse_mass_per_kg(int body, const Eigen::Vector3d& arm_m, con
     return model_.inverse_mass_per_kg(body);  // the arm is along the normal
   Eigen::Vector3d force = normal;
   Eigen::Vector3d torque = arm_m.cross(normal);
-  constrain_loads(model_.motion(body), model_.axis(body), force, torque);
+  model_.constrain_loads(body, force, torque);
   return force.squaredNorm() * model_.inverse_mass_per_kg(body) +
          torque.dot(model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body), torque));
 }
@@ -250,9 +239,7 @@ double Contacts::inverse_mass_per_kg(const Touch& touch, double at, const Motion
 
 Eigen::Vector3d Contacts::relative_m_per_s(const Touch& touch, const MotionState& state) const {
   const auto surface_m_per_s = [&](int body, const Eigen::Vector3d& arm_m) -> Eigen::Vector3d {
-    const Eigen::Vector3d spin_rad_per_s = model_.angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body),
-                                                                             state.angular_momentum_N_m_s.col(body));
-    return state.velocity_m_per_s.col(body) + spin_rad_per_s.cross(arm_m);
+    return state.velocity_m_per_s.col(body) + model_.angular_velocity_rad_per_s(body, state).cross(arm_m);
   };
   const Eigen::Vector3d of_other = touch.B < 0 ? touch.wall_m_per_s : surface_m_per_s(touch.B, touch.arm_B_m);
   return of_other - surface_m_per_s(touch.A, touch.arm_A_m);
@@ -332,7 +319,7 @@ void Contacts::apply(MotionState& state, double duration_s) {
     if (!model_.moves(body)) continue;
     Eigen::Vector3d force_N = force_N_.col(body);
     Eigen::Vector3d torque_N_m = torque_N_m_.col(body);
-    constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);
+    model_.constrain_loads(body, force_N, torque_N_m);
     state.velocity_m_per_s.col(body) += duration_s * model_.inverse_mass_per_kg(body) * force_N;
     state.angular_momentum_N_m_s.col(body) += duration_s * torque_N_m;
   }

@@ -8,9 +8,7 @@
 #include "contract/body_solver.hpp"
 #include "contract/solver_context.hpp"
 #include "engine/engine_world.hpp"
-#include "forces/actuators.hpp"
-#include "forces/force_element.hpp"
-#include "forces/springs.hpp"
+#include "forces/forces.hpp"
 #include "model/body_block.hpp"
 #include "model/body_model.hpp"
 

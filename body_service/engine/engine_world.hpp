@@ -85,10 +85,8 @@ inline Kinematics initial_kinematics(const BodyModel& model) {
   const MotionState& start = model.initial_state();
   Kinematics state{0, start.position_m, start.orientation_wxyz, start.velocity_m_per_s,
                    Eigen::Matrix3Xd(3, model.bodies())};
-  for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-    state.angular_velocity_rad_per_s.col(body) = model.angular_velocity_rad_per_s(
-        body, start.orientation_wxyz.col(body), start.angular_momentum_N_m_s.col(body));
-  }
+  for (Eigen::Index body = 0; body < model.bodies(); ++body)
+    state.angular_velocity_rad_per_s.col(body) = model.angular_velocity_rad_per_s(body, start);
   return state;
 }
 

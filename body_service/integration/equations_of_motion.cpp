@@ -1,11 +1,7 @@
-#include "integration/equations_of_motion.hpp"
-
 #include <algorithm>
 #include <utility>
 
-#include "constraints/motion_constraint.hpp"
-#include "forces/force_element.hpp"
-#include "forces/springs.hpp"
+#include "integration/integration.hpp"
 #include "model/vector_loops.hpp"
 
 namespace copepod::body {
@@ -78,7 +74,7 @@ void EquationsOfMotion::constrain(const BodyBlock& block, BlockVectors& force_N,
   for (Eigen::Index i = 0; i < block.bodies; ++i) {
     Eigen::Vector3d force = force_N.col(i);
     Eigen::Vector3d torque = torque_N_m.col(i);
-    constrain_loads(model_.motion(block.first + i), model_.axis(block.first + i), force, torque);
+    model_.constrain_loads(block.first + i, force, torque);
     force_N.col(i) = force;
     torque_N_m.col(i) = torque;
   }

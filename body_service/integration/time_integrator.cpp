@@ -1,7 +1,6 @@
-#include "integration/time_integrator.hpp"
-
 #include "contract/errors.hpp"
 #include "geometry/rotation.hpp"
+#include "integration/integration.hpp"
 #include "model/vector_loops.hpp"
 
 namespace copepod::body {

@@ -73,9 +73,8 @@ JointRow across(const Eigen::Vector3d& e, const Anchors& anchors, const JointSid
 ///   dC/dt = n · dd/dt,   n = d/|d|,   c = n · c_d + (|dd/dt|² − (n · dd/dt)²)/|d|               (B29)
 JointRow rod(const Anchors& anchors, double length_m) {
   const double now_m = anchors.apart_m.norm();
-  if (!(now_m > 0.0)) {
+  if (!(now_m > 0.0))
     throw SolverError("the ends of a distance joint coincide (it has no direction). Use a shorter step.");
-  }
   const Eigen::Vector3d n = anchors.apart_m / now_m;
   const double along_m_per_s = n.dot(anchors.rate_m_per_s);
   JointRow row = anchors.along(n);

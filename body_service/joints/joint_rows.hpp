@@ -36,8 +36,6 @@ struct JointRow {
 /// The equations of one joint, with what the bodies' initial places determine.
 class JointEquations {
  public:
-  static constexpr int most_rows = 6;
-
   /// @param specification  checked
   /// @param driven         its motion is given; it has_motion()
   /// @param A, B           the sides at the start of the run

@@ -6,7 +6,6 @@
 #include <string>
 #include <tuple>
 
-#include "constraints/motion_constraint.hpp"
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
@@ -33,39 +32,33 @@ void check_limits(const JointSpecification& joint, const std::string& name) {
 void check(const JointSpecification& joint, std::size_t index, const BodySetup& setup) {
   const std::string name = "joint " + std::to_string(index);
   const auto bodies = static_cast<int>(setup.bodies.size());
-  if (joint.body_A < 0 || joint.body_A >= bodies || joint.body_B < -1 || joint.body_B >= bodies) {
+  if (joint.body_A < 0 || joint.body_A >= bodies || joint.body_B < -1 || joint.body_B >= bodies)
     throw CaseError(name + " joins bodies " + std::to_string(joint.body_A) + " and " + std::to_string(joint.body_B) +
                     " (there are " + std::to_string(bodies) + ", counted from 0). Correct the indices.");
-  }
-  if (joint.body_A == joint.body_B) {
+  if (joint.body_A == joint.body_B)
     throw CaseError(name + " joins body '" + setup.bodies[joint.body_A].name + "' to itself. Join two bodies.");
-  }
   bool one_moves = false;
   for (const int body : {joint.body_A, joint.body_B}) {
     if (body < 0) continue;
     const MotionKind motion = setup.bodies[body].motion;
-    if (motion == MotionKind::prescribed) {
+    if (motion == MotionKind::prescribed)
       throw CaseError(name + " holds body '" + setup.bodies[body].name +
                       "' (motion: prescribed cannot follow a joint). Use motion: free, fixed or axis.");
-    }
     one_moves = one_moves || motion != MotionKind::fixed;
   }
-  if (!one_moves) {
+  if (!one_moves)
     throw CaseError(name + " holds body '" + setup.bodies[joint.body_A].name +
                     "' (nothing that it joins can move). Remove the joint, or use motion: free.");
-  }
-  if (!joint.anchor_A_m.allFinite() || !joint.anchor_B_m.allFinite()) {
+  if (!joint.anchor_A_m.allFinite() || !joint.anchor_B_m.allFinite())
     throw CaseError(name + " has an anchor that is not finite. Use finite numbers.");
-  }
   if (!(joint.stiffness >= 0.0 && joint.damping >= 0.0 && std::isfinite(joint.rest)))
     throw CaseError(name + " has a spring that is not valid (its numbers must not be negative). Correct them.");
   if (!has_axis(joint.kind) && (joint.stiffness > 0.0 || joint.damping > 0.0))
     throw CaseError(name + " has a spring (only hinges and sliders can). Use a spring between the bodies.");
   if (joint.has_limits()) check_limits(joint, name);
-  if (!(std::abs(joint.axis.norm() - 1.0) < 1e-6)) {
+  if (!(std::abs(joint.axis.norm() - 1.0) < 1e-6))
     throw CaseError(name + ": its axis has length " + rounded_text(joint.axis.norm()) +
                     " (a direction is a unit vector). Divide it by its length.");
-  }
 }
 
 /// The actuator of each joint, −1 for joints that are free.
@@ -75,10 +68,9 @@ std::vector<int> drives_of(const BodySetup& setup) {
     const ActuatorSpecification& actuator = setup.actuators[i];
     if (actuator.kind != ActuatorKind::joint_motion) continue;
     const std::string name = "actuator " + std::to_string(i);
-    if (actuator.joint < 0 || actuator.joint >= static_cast<int>(setup.joints.size())) {
+    if (actuator.joint < 0 || actuator.joint >= static_cast<int>(setup.joints.size()))
       throw CaseError(name + " drives joint " + std::to_string(actuator.joint) + " (there are " +
                       std::to_string(setup.joints.size()) + ", counted from 0). Correct the index.");
-    }
     const std::string joint = "joint " + std::to_string(actuator.joint);
     if (!has_motion(setup.joints[actuator.joint].kind))
       throw CaseError(name + " drives " + joint + " (it has no single motion). Use hinge, slider or distance.");
@@ -125,10 +117,9 @@ void check_anchors(const JointSpecification& joint, std::size_t index, const std
   const std::string name = "joint " + std::to_string(index);
   if (together && joint.kind == JointKind::distance)
     throw CaseError(name + " is a rod that has no length (its direction is undefined). Move an anchor, or use ball.");
-  if (!together && joint.kind != JointKind::distance) {
+  if (!together && joint.kind != JointKind::distance)
     throw CaseError(name + ": its anchors do not meet (they are " + rounded_text(apart_m) +
                     " m apart). Give both bodies the same place.");
-  }
 }
 
 double rate(const JointRow& row, const JointSide& A, const JointSide& B) {
@@ -201,7 +192,7 @@ JointSide Joints::side(int body, Eigen::Index first, const State& state) const {
 std::pair<Eigen::Vector3d, Eigen::Vector3d> Joints::answer(int body, const JointSide& side, Eigen::Vector3d force_N,
                                                            Eigen::Vector3d torque_N_m) const {
   if (!moves(body)) return {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
-  constrain_loads(model_.motion(body), model_.axis(body), force_N, torque_N_m);
+  model_.constrain_loads(body, force_N, torque_N_m);
   return {model_.inverse_mass_per_kg(body) * force_N, model_.per_inertia(body, side.R_WB, torque_N_m)};
 }
 
@@ -380,11 +371,9 @@ void Joints::meet_stops(const Island& island, double at, MotionState& state, Wor
 
 void Joints::drift(const Island& island, double duration_s, MotionState& state) const {
   for (const int body : island.bodies) {
-    const Eigen::Vector4d q_WB = state.orientation_wxyz.col(body);
-    const Eigen::Vector3d w_rad_per_s =
-        model_.angular_velocity_rad_per_s(body, q_WB, state.angular_momentum_N_m_s.col(body));
+    const Eigen::Vector3d w_rad_per_s = model_.angular_velocity_rad_per_s(body, state);
     state.position_m.col(body) += duration_s * state.velocity_m_per_s.col(body);
-    state.orientation_wxyz.col(body) = rotated(duration_s * w_rad_per_s, q_WB).normalized();
+    state.orientation_wxyz.col(body) = rotated(duration_s * w_rad_per_s, state.orientation_wxyz.col(body)).normalized();
   }
 }
 
@@ -487,9 +476,8 @@ void Joints::correct_positions(const Island& island, const Work& work, MotionSta
       turns.emplace_back(body, turn);
     });
   }
-  for (const auto& [body, turn] : turns) {
+  for (const auto& [body, turn] : turns)
     state.orientation_wxyz.col(body) = rotated(turn, state.orientation_wxyz.col(body)).normalized();
-  }
 }
 
 void Joints::correct_velocities(const Island& island, double at, Work& work, MotionState& state) const {
@@ -512,7 +500,7 @@ void Joints::correct_velocities(const Island& island, double at, Work& work, Mot
         torque += work.multipliers[row] * work.rows[row].angular[end];
       }
       Eigen::Vector3d none = Eigen::Vector3d::Zero();
-      constrain_loads(model_.motion(body), model_.axis(body), none, torque);
+      model_.constrain_loads(body, none, torque);
       state.angular_momentum_N_m_s.col(body) += torque;
     });
   }

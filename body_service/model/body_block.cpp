@@ -54,12 +54,10 @@ std::vector<BodyBlock> independent_blocks(const BodySetup& setup, Eigen::Index p
     join(bend.body_A, bend.body_B);
     join(bend.body_B, bend.body_C);
   }
-  for (const auto& joint : setup.joints) {
+  for (const auto& joint : setup.joints)
     if (joint.body_B >= 0) join(joint.body_A, joint.body_B);
-  }
-  for (const auto& actuator : setup.actuators) {
+  for (const auto& actuator : setup.actuators)
     if (actuator.kind == ActuatorKind::pair_force) join(actuator.body_A, actuator.body_B);
-  }
 
   std::vector<BodyBlock> blocks;
   std::vector<std::size_t> block_of(reach.size());

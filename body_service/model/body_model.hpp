@@ -46,6 +46,10 @@ class BodyModel {
     return per_inertia(body, rotation_matrix(q_WB), L_W_N_m_s);
   }
 
+  [[nodiscard]] Eigen::Vector3d angular_velocity_rad_per_s(Eigen::Index body, const MotionState& state) const {
+    return angular_velocity_rad_per_s(body, state.orientation_wxyz.col(body), state.angular_momentum_N_m_s.col(body));
+  }
+
   /// The same of the bodies of a block.
   void angular_velocities_rad_per_s(const BodyBlock& block, const BlockState& state,
                                     BlockVectors& w_WB_rad_per_s) const {
@@ -56,9 +60,22 @@ class BodyModel {
         multiply(static_cast<std::size_t>(block.bodies), &inverse_inertia_(0, block.first), L[k], w[k]);
       return;
     }
-    for (Eigen::Index i = 0; i < block.bodies; ++i) {
+    for (Eigen::Index i = 0; i < block.bodies; ++i)
       w_WB_rad_per_s.col(i) = angular_velocity_rad_per_s(block.first + i, state.orientation_wxyz.col(i),
                                                          state.angular_momentum_N_m_s.col(i));
+  }
+
+  /// Takes from force and torque what the constraint force of the body's kind of motion balances      (B12)
+  ///   free: nothing;   fixed, prescribed: all;   axis: all but the part along the axis, F → a (a·F)
+  void constrain_loads(Eigen::Index body, Eigen::Ref<Eigen::Vector3d> force_N,
+                       Eigen::Ref<Eigen::Vector3d> torque_N_m) const {
+    if (motions_[body] == MotionKind::free) return;
+    if (motions_[body] == MotionKind::axis) {
+      force_N = axis(body) * axis(body).dot(force_N);
+      torque_N_m = axis(body) * axis(body).dot(torque_N_m);
+    } else {
+      force_N.setZero();
+      torque_N_m.setZero();
     }
   }
 

@@ -1,7 +1,6 @@
 #include "component/run_component.hpp"
 #include "contract/features.hpp"
 #include "engine/engine_body_solver.hpp"
-#include "mujoco/model_bodies.hpp"
 #include "mujoco/mujoco_world.hpp"
 
 int main(int argc, char** argv) {

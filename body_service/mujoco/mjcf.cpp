@@ -16,7 +16,7 @@
 #include "geometry/near_pairs.hpp"
 #include "geometry/rotation.hpp"
 #include "model/body_model.hpp"
-#include "mujoco/model_bodies.hpp"
+#include "mujoco/mujoco_world.hpp"
 
 namespace copepod::body {
 

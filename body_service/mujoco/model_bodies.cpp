@@ -1,5 +1,3 @@
-#include "mujoco/model_bodies.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
+#include "mujoco/mujoco_world.hpp"
 
 namespace copepod::body {
 
@@ -205,10 +204,9 @@ std::string bodies_as_json(const ModelSpecification& model) {
 
 void require_bodies_of_model(const BodySetup& setup, const std::vector<ModelBody>& bodies) {
   const std::string remedy = "). Write body.model: FILE.xml, without bodies or swimmers beside it.";
-  if (bodies.size() != setup.bodies.size()) {
+  if (bodies.size() != setup.bodies.size())
     throw CaseError("the case has " + std::to_string(setup.bodies.size()) + " bodies, its model " +
                     std::to_string(bodies.size()) + " spheres and capsules (they must be the same" + remedy);
-  }
   constexpr double rounding = 1e-9;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const BodySpecification& body = setup.bodies[i];

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "contract/errors.hpp"
-#include "mujoco/model_bodies.hpp"
 
 namespace copepod::body {
 
@@ -97,12 +96,11 @@ class MujocoWorld final : public EngineWorld {
   }
 
   void restore(std::span<const std::uint64_t> memory) override {
-    for (const std::span<double> numbers : carried()) {
+    for (const std::span<double> numbers : carried())
       for (double& number : numbers) {
         number = std::bit_cast<double>(memory.front());
         memory = memory.subspan(1);
       }
-    }
     mj_step1(mujoco_.get(), data_.get());
   }
 
@@ -186,11 +184,10 @@ class MujocoWorld final : public EngineWorld {
   void require_no_warning(std::int64_t step) const {
     for (int kind = 0; kind < mjNWARNING; ++kind) {
       const mjWarningStat& warning = data_->warning[kind];
-      if (warning.number > 0) {
+      if (warning.number > 0)
         throw SolverError("MuJoCo: " + std::string(mju_warningText(kind, warning.lastinfo)) +
                               " (the motion is too fast for the step, or too many bodies touch). Use a shorter step.",
                           0, step);
-      }
     }
   }
 

@@ -100,14 +100,12 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
   read_all(file, words, on_piece);
 
   if (words.size() < header_words || words[0] != magic) fail(path, "is not a saved body state", remedy);
-  if (words[1] != version) {
+  if (words[1] != version)
     fail(path, "has format version " + std::to_string(words[1]) + " (this program reads version 4)",
          "Resume with the program that wrote it.");
-  }
-  if (words[2] != layout_digest || words[4] != bodies) {
+  if (words[2] != layout_digest || words[4] != bodies)
     fail(path, "belongs to another case (bodies, their shapes, the step or the integrator differ)",
          "Resume with the case file that wrote it.");
-  }
   const std::uint64_t held = words[5];
   if (held > (memory == nullptr ? 0 : most_memory_per_body * bodies)) fail(path, "holds too much memory", remedy);
   const std::size_t expected = header_words + words_per_body * bodies + held + 1;
@@ -115,9 +113,8 @@ std::int64_t read_state(const std::string& path, std::uint64_t layout_digest, Mo
   read_all(file, rest, on_piece);
   words.insert(words.end(), rest.begin(), rest.end());
   const auto content = std::span<const std::uint64_t>(words);
-  if (words.size() != expected || content.back() != digest_of_words(content.first(expected - 1))) {
+  if (words.size() != expected || content.back() != digest_of_words(content.first(expected - 1)))
     fail(path, "is damaged (wrong length or checksum)", remedy);
-  }
   auto numbers = content.subspan(header_words);
   const auto take = [&](auto& array) {
     for (double& number : array.reshaped()) {

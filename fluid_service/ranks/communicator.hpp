@@ -1,12 +1,9 @@
 #pragma once
 
-#include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <thread>
 #include <vector>
 
 #include "contract/errors.hpp"
@@ -30,10 +27,14 @@ class Communicator {
   [[nodiscard]] virtual int rank() const = 0;
   [[nodiscard]] virtual int size() const = 0;
 
-  virtual void broadcast(std::span<std::byte> data) = 0;           ///< from rank 0
-  virtual void sum_to_leader(std::span<std::int64_t> values) = 0;  ///< exact; result on rank 0 only
-  virtual void sum_to_all(std::span<std::int64_t> values) = 0;     ///< exact
-  virtual void max_to_all(std::span<std::int64_t> values) = 0;
+  virtual void broadcast(std::span<std::byte> data) = 0;  ///< from rank 0
+
+  enum class Reduction { sum, max };
+  /// Sums are exact modulo 2⁶⁴. The result is on rank 0 only.
+  virtual void reduce_to_leader(std::span<std::int64_t> values, Reduction reduction) = 0;
+  void sum_to_leader(std::span<std::int64_t> values) { reduce_to_leader(values, Reduction::sum); }
+  void sum_to_all(std::span<std::int64_t> values) { reduce_to_all(values, Reduction::sum); }
+  void max_to_all(std::span<std::int64_t> values) { reduce_to_all(values, Reduction::max); }
 
   /// One message to and one from each named peer; both sides name each other and have the same sizes.
   struct Message {
@@ -57,6 +58,11 @@ class Communicator {
   virtual void report_failure(const FailureReport& report) = 0;
 
  private:
+  void reduce_to_all(std::span<std::int64_t> values, Reduction reduction) {
+    reduce_to_leader(values, reduction);
+    broadcast(std::as_writable_bytes(values));
+  }
+
   SolverContext& context_;
 };
 
@@ -67,9 +73,7 @@ class SelfCommunicator : public Communicator {
   [[nodiscard]] int rank() const override { return 0; }
   [[nodiscard]] int size() const override { return 1; }
   void broadcast(std::span<std::byte>) override {}
-  void sum_to_leader(std::span<std::int64_t>) override {}
-  void sum_to_all(std::span<std::int64_t>) override {}
-  void max_to_all(std::span<std::int64_t>) override {}
+  void reduce_to_leader(std::span<std::int64_t>, Reduction) override {}
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message>) override {
     return [] {};
   }
@@ -78,40 +82,6 @@ class SelfCommunicator : public Communicator {
   }
   void receive(int, std::vector<std::byte>&) override {}
   void report_failure(const FailureReport&) override {}
-};
-
-/// Pauses between two polls of a wait: yields at first, then sleeps ever longer.
-///
-/// docs/decisions/waiting_ranks_sleep.md has the measurement behind the figures.
-class Backoff {
- public:
-  static constexpr double spin_s = 100e-6;
-  static constexpr double longest_pause_s = 1e-3;
-
-  Backoff() : start_s_(now_s()) {}
-
-  /// Sleep after a wait, 0 to yield: a message that comes within `spin_s` is seen at once; later the sleep adds
-  /// at most an eighth to the wait.
-  static constexpr double pause_s(double waited_s) {
-    return waited_s < spin_s ? 0.0 : std::min(waited_s / 8, longest_pause_s);
-  }
-
-  void pause() const {
-    const double sleep_s = pause_s(waited_s());
-    if (sleep_s > 0.0)
-      std::this_thread::sleep_for(std::chrono::duration<double>(sleep_s));
-    else
-      std::this_thread::yield();
-  }
-
-  [[nodiscard]] double waited_s() const { return now_s() - start_s_; }
-
- private:
-  static double now_s() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  }
-
-  double start_s_;
 };
 
 }  // namespace copepod::fluid

@@ -1,9 +1,9 @@
 #include "ranks/distributed_fluid.hpp"
 
-#include <algorithm>
-#include <cstring>
+#include <array>
+#include <iterator>
 #include <optional>
-#include <stdexcept>
+#include <span>
 
 #include "contract/errors.hpp"
 #include "conversion/codec.hpp"
@@ -14,61 +14,31 @@ namespace copepod::fluid {
 
 namespace {
 
-/// Size of the first, usually only, broadcast: all that a step needs, and most paths.
-constexpr std::size_t first_part_bytes = 256;
+/// Order, step, and the length of the text that follows.
+using Head = std::array<std::int64_t, 3>;
 
-/// What every command has; behind it the setup as bytes, or the path.
-struct Head {
-  Order order;
-  std::int64_t step;
-  std::size_t text_bytes;
-};
+void broadcast(Communicator& communicator, auto& data) {
+  communicator.broadcast(std::as_writable_bytes(std::span(data)));
+}
 
 }  // namespace
 
-void pack(const Command& command, std::vector<std::byte>& message) {
-  const std::string text = command.order == Order::construct ? conversion::to_bytes(command.setup) : command.path;
-  const Head head{command.order, command.step, text.size()};
-  message.resize(sizeof(head));
-  std::memcpy(message.data(), &head, sizeof(head));
-  const auto bytes = std::as_bytes(std::span(text));
-  message.insert(message.end(), bytes.begin(), bytes.end());
+void send(Communicator& communicator, const Command& command) {
+  if (communicator.size() == 1) return;
+  std::string text = command.order == Order::construct ? conversion::to_bytes(command.setup) : command.path;
+  Head head = {static_cast<std::int64_t>(command.order), command.step, std::ssize(text)};
+  broadcast(communicator, head);
+  if (!text.empty()) broadcast(communicator, text);
 }
 
-void unpack(const std::vector<std::byte>& message, Command& command) {
+void receive(Communicator& communicator, Command& command) {
   Head head{};
-  if (message.size() >= sizeof(head)) std::memcpy(&head, message.data(), sizeof(head));
-  if (message.size() < sizeof(head) || message.size() - sizeof(head) != head.text_bytes)
-    throw std::logic_error("message between ranks is shorter than its contents");
-  command.order = head.order;
-  command.step = head.step;
-  command.path.assign(reinterpret_cast<const char*>(message.data()) + sizeof(head), message.size() - sizeof(head));
+  broadcast(communicator, head);
+  command.order = static_cast<Order>(head[0]);
+  command.step = head[1];
+  command.path.resize(static_cast<std::size_t>(head[2]));
+  if (!command.path.empty()) broadcast(communicator, command.path);
   if (command.order == Order::construct) command.setup = conversion::fluid_setup_from_bytes(command.path);
-}
-
-void CommandChannel::send(const Command& command) {
-  if (communicator_.size() == 1) return;
-  pack(command, message_);
-  broadcast_message();
-}
-
-void CommandChannel::receive(Command& command) {
-  message_.clear();
-  broadcast_message();
-  unpack(message_, command);
-}
-
-void CommandChannel::broadcast_message() {
-  std::uint64_t size = message_.size();
-  const auto in_first_part = [&] { return std::min(message_.size(), first_part_bytes - sizeof(size)); };
-  first_part_.resize(first_part_bytes);
-  std::memcpy(first_part_.data(), &size, sizeof(size));
-  std::copy_n(message_.begin(), in_first_part(), first_part_.begin() + sizeof(size));
-  communicator_.broadcast(first_part_);
-  std::memcpy(&size, first_part_.data(), sizeof(size));
-  message_.resize(size);
-  std::copy_n(first_part_.begin() + sizeof(size), in_first_part(), message_.begin());
-  if (in_first_part() < message_.size()) communicator_.broadcast(std::span(message_).subspan(in_first_part()));
 }
 
 template <class Action>
@@ -87,14 +57,14 @@ auto DistributedFluid::on_all_ranks(const Action& action) {
 template <class Action>
 auto DistributedFluid::carry_out(const Command& command, const Action& action) {
   return on_all_ranks([&] {
-    channel_.send(command);
+    send(communicator_, command);
     return action();
   });
 }
 
 DistributedFluid::DistributedFluid(const FluidSetup& setup, Communicator& communicator,
                                    const RankSolverFactory& make_solver)
-    : communicator_(communicator), channel_(communicator) {
+    : communicator_(communicator) {
   carry_out({.order = Order::construct, .setup = setup}, [&] { solver_ = make_solver(setup, communicator_); });
 }
 
@@ -142,7 +112,7 @@ SolverSummary DistributedFluid::summarise() {
 
 void dismiss_followers(Communicator& communicator) noexcept {
   try {
-    CommandChannel(communicator).send(Command{});
+    send(communicator, {});
   } catch (const std::exception&) {
     // A rank failed: the session aborts the others instead.
   }
@@ -151,14 +121,13 @@ void dismiss_followers(Communicator& communicator) noexcept {
 void follow(Communicator& communicator, const RankSolverFactory& make_solver, std::atomic<std::int64_t>& current_step) {
   Timeline& timeline = communicator.context().timeline();
   // These outlive the report: their messages may be under way.
-  CommandChannel channel(communicator);
   Command command;
   Kinematics kinematics;  // of no bodies
   Loads loads;
   std::unique_ptr<FluidSolver> solver;
-  const auto receive = [&] {
+  const auto next_order = [&] {
     const Span waiting(timeline, "waiting");
-    channel.receive(command);
+    receive(communicator, command);
     return command.order;
   };
   const auto construct = [&] {
@@ -178,7 +147,7 @@ void follow(Communicator& communicator, const RankSolverFactory& make_solver, st
     solver->advance();
   };
   try {
-    while (receive() != Order::stop) {
+    while (next_order() != Order::stop) {
       if (command.order == Order::construct) construct();
       if (command.order == Order::exchange_advance) advance_one_step();
       if (command.order == Order::restore) solver->restore(command.path);

@@ -1,12 +1,10 @@
 #pragma once
 
 #include <atomic>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
@@ -33,25 +31,9 @@ struct Command {
   std::string path = {};  ///< of save and restore
 };
 
-/// Broadcasts commands in one small message where they fit, in two otherwise; reuses its buffers.
-class CommandChannel {
- public:
-  explicit CommandChannel(Communicator& communicator) : communicator_(communicator) {}
-
-  void send(const Command& command);  ///< on rank 0
-  void receive(Command& command);     ///< on all other ranks
-
- private:
-  void broadcast_message();
-
-  Communicator& communicator_;
-  std::vector<std::byte> message_;
-  std::vector<std::byte> first_part_;
-};
-
-/// A command as bytes, and back.
-void pack(const Command& command, std::vector<std::byte>& message);
-void unpack(const std::vector<std::byte>& message, Command& command);
+/// Broadcasts a command: of a step in one small message; a setup or path follows in another.
+void send(Communicator& communicator, const Command& command);  ///< on rank 0
+void receive(Communicator& communicator, Command& command);     ///< on all other ranks
 
 /// Makes one rank's part of a solver; every method of it is called on all ranks with the same arguments, apart from the
 /// kinematics: on other ranks than 0 they name the step and no bodies.
@@ -84,7 +66,6 @@ class DistributedFluid : public FluidSolver {
   auto carry_out(const Command& command, const Action& action);
 
   Communicator& communicator_;
-  CommandChannel channel_;
   std::int64_t step_ = -1;
   bool advance_due_ = false;  ///< the other ranks are in, or past, the bulk update of `step_`
   std::unique_ptr<FluidSolver> solver_;

@@ -20,6 +20,7 @@ constexpr std::chrono::milliseconds beat_every{200};
 
 /// One cache line per rank, written by that rank only.
 struct alignas(64) HeartbeatBoard::Place {
+  int rank = 0;
   std::atomic<std::uint64_t> beats{0};
   std::atomic<std::uint64_t> progress{0};
   std::atomic<bool> waits{false};
@@ -39,9 +40,9 @@ HeartbeatBoard::HeartbeatBoard(MPI_Comm ranks, const SolverContext& context) : c
               << std::endl;
     MPI_Abort(MPI_COMM_WORLD, static_cast<int>(ExitCode::storage_failed));
   }
-  own_ = new (memory) Place;
+  own_ = new (memory) Place{.rank = rank};
   MPI_Barrier(machine);  // all entries are initialised before rank 0 reads them
-  if (rank == 0) find_others(machine, ranks);
+  if (rank == 0) find_others(machine);
   MPI_Comm_free(&machine);
   if (rank != 0) thread_ = std::jthread([this](const std::stop_token& stop) { beat(stop); });
 }
@@ -51,24 +52,17 @@ void HeartbeatBoard::free() {
   MPI_Win_free(&window_);
 }
 
-void HeartbeatBoard::find_others(MPI_Comm machine, MPI_Comm ranks) {
+void HeartbeatBoard::find_others(MPI_Comm machine) {
   int members = 0;
   MPI_Comm_size(machine, &members);
-  MPI_Group machine_group = MPI_GROUP_NULL;
-  MPI_Group all_group = MPI_GROUP_NULL;
-  MPI_Comm_group(machine, &machine_group);
-  MPI_Comm_group(ranks, &all_group);
   for (int member = 1; member < members; ++member) {  // 0 is rank 0: the order is that of the ranks
     MPI_Aint size = 0;
     int unit = 0;
     void* memory = nullptr;
     MPI_Win_shared_query(window_, member, &size, &unit, &memory);
     others_.push_back(static_cast<const Place*>(memory));
-    Heartbeat& reading = readings_.emplace_back();
-    MPI_Group_translate_ranks(machine_group, 1, &member, all_group, &reading.rank);
+    readings_.push_back({.rank = others_.back()->rank});
   }
-  MPI_Group_free(&machine_group);
-  MPI_Group_free(&all_group);
 }
 
 void HeartbeatBoard::beat(const std::stop_token& stop) {

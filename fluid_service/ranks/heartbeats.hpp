@@ -85,7 +85,7 @@ class HeartbeatBoard {
 
  private:
   struct Place;
-  void find_others(MPI_Comm machine, MPI_Comm ranks);
+  void find_others(MPI_Comm machine);
   void beat(const std::stop_token& stop);
 
   const SolverContext& context_;

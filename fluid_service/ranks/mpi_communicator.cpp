@@ -22,7 +22,7 @@ constexpr int exchange_tag = 2;
 constexpr int send_tag = 3;
 /// Numbers in one reduction. From 64 KiB on Open MPI 4.1 sends them down a chain in many small pieces, each
 /// of which waits for all ranks: 5.4 ms in place of 0.2 for the loads of 1000 bodies.
-constexpr std::size_t largest_sum = 6000;
+constexpr std::size_t largest_reduction = 6000;
 constexpr double look_every_s = 0.1;  ///< of a long wait: at the other ranks
 constexpr double farewell_s = 0.2;    ///< how long a failing rank tries to get its report out
 
@@ -131,9 +131,10 @@ void MpiCommunicator::wait_until(const Poll& poll) {
 
 /// A collective that is given up cannot be taken back: MPI may still write to its buffer, which then stays.
 template <class Start>
-void MpiCommunicator::collective(std::span<std::byte> data, const Start& start) {
+void MpiCommunicator::collective(std::span<std::byte> data, const char* call, const Start& start) {
   auto buffer = std::make_unique<std::vector<std::byte>>(data.begin(), data.end());
-  MPI_Request request = start(buffer->data());
+  MPI_Request request = MPI_REQUEST_NULL;
+  check(start(buffer->data(), &request), call);
   try {
     wait(request);
   } catch (...) {
@@ -146,63 +147,31 @@ void MpiCommunicator::collective(std::span<std::byte> data, const Start& start) 
 void MpiCommunicator::broadcast(std::span<std::byte> data) {
   throw_if_failed();
   if (size_ == 1) return;
-  collective(data, [&](std::byte* buffer) {
-    MPI_Request request = MPI_REQUEST_NULL;
-    check(MPI_Ibcast(buffer, count_of(data.size()), MPI_BYTE, 0, ranks_, &request), "MPI_Ibcast");
-    return request;
+  collective(data, "MPI_Ibcast", [&](std::byte* buffer, MPI_Request* request) {
+    return MPI_Ibcast(buffer, count_of(data.size()), MPI_BYTE, 0, ranks_, request);
   });
 }
 
-// Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
-void MpiCommunicator::sum_to_leader(std::span<std::int64_t> values) {
+void MpiCommunicator::reduce_to_leader(std::span<std::int64_t> values, Reduction reduction) {
   throw_if_failed();
   if (size_ == 1) return;
-  while (!values.empty()) {
-    const auto piece = values.first(std::min(values.size(), largest_sum));
-    collective(std::as_writable_bytes(piece), [&](std::byte* buffer) {
-      MPI_Request request = MPI_REQUEST_NULL;
+  // Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
+  const MPI_Datatype type = reduction == Reduction::sum ? MPI_UINT64_T : MPI_INT64_T;
+  const MPI_Op operation = reduction == Reduction::sum ? MPI_SUM : MPI_MAX;
+  for (; !values.empty(); values = values.subspan(std::min(values.size(), largest_reduction))) {
+    const auto piece = values.first(std::min(values.size(), largest_reduction));
+    collective(std::as_writable_bytes(piece), "MPI_Ireduce", [&](std::byte* buffer, MPI_Request* request) {
       const void* send = rank_ == 0 ? MPI_IN_PLACE : buffer;
-      check(MPI_Ireduce(send, buffer, count_of(piece.size()), MPI_UINT64_T, MPI_SUM, 0, ranks_, &request),
-            "MPI_Ireduce");
-      return request;
+      return MPI_Ireduce(send, buffer, count_of(piece.size()), type, operation, 0, ranks_, request);
     });
-    values = values.subspan(piece.size());
   }
-}
-
-void MpiCommunicator::reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation) {
-  throw_if_failed();
-  if (size_ == 1) return;
-  collective(std::as_writable_bytes(values), [&](std::byte* buffer) {
-    MPI_Request request = MPI_REQUEST_NULL;
-    check(MPI_Iallreduce(MPI_IN_PLACE, buffer, count_of(values.size()), type, operation, ranks_, &request),
-          "MPI_Iallreduce");
-    return request;
-  });
 }
 
 /// Sends and receives under way; gives them up when it is destroyed unfinished, so that MPI never writes into
 /// buffers that the failing solver has freed.
 class MpiCommunicator::PendingExchange {
  public:
-  PendingExchange(MpiCommunicator& communicator, std::span<const Message> messages) : communicator_(communicator) {
-    receives_.reserve(messages.size());
-    sends_.reserve(messages.size());
-    for (const Message& message : messages)
-      check(MPI_Irecv(message.receive.data(), count_of(message.receive.size()), MPI_BYTE, message.peer, exchange_tag,
-                      communicator_.ranks_, &receives_.emplace_back(MPI_REQUEST_NULL)),
-            "MPI_Irecv");
-    for (const Message& message : messages)
-      check(MPI_Isend(message.send.data(), count_of(message.send.size()), MPI_BYTE, message.peer, exchange_tag,
-                      communicator_.ranks_, &sends_.emplace_back(MPI_REQUEST_NULL)),
-            "MPI_Isend");
-  }
-  PendingExchange(MpiCommunicator& communicator, int peer, std::span<const std::byte> data)
-      : communicator_(communicator) {
-    check(MPI_Isend(data.data(), count_of(data.size()), MPI_BYTE, peer, send_tag, communicator_.ranks_,
-                    &sends_.emplace_back(MPI_REQUEST_NULL)),
-          "MPI_Isend");
-  }
+  explicit PendingExchange(MpiCommunicator& communicator) : communicator_(communicator) {}
   PendingExchange(const PendingExchange&) = delete;
   PendingExchange& operator=(const PendingExchange&) = delete;
   ~PendingExchange() {
@@ -215,6 +184,16 @@ class MpiCommunicator::PendingExchange {
       if (request != MPI_REQUEST_NULL) MPI_Request_free(&request);
   }
 
+  void receive(int peer, std::span<std::byte> data) {
+    check(MPI_Irecv(data.data(), count_of(data.size()), MPI_BYTE, peer, exchange_tag, communicator_.ranks_,
+                    &receives_.emplace_back(MPI_REQUEST_NULL)),
+          "MPI_Irecv");
+  }
+  void send(int peer, int tag, std::span<const std::byte> data) {
+    check(MPI_Isend(data.data(), count_of(data.size()), MPI_BYTE, peer, tag, communicator_.ranks_,
+                    &sends_.emplace_back(MPI_REQUEST_NULL)),
+          "MPI_Isend");
+  }
   void finish() {
     communicator_.throw_if_failed();
     for (MPI_Request& request : receives_) communicator_.wait(request);
@@ -230,13 +209,16 @@ class MpiCommunicator::PendingExchange {
 std::function<void()> MpiCommunicator::start_exchange(std::span<const Message> messages) {
   throw_if_failed();
   // std::function requires a copyable target, hence shared ownership despite a single owner.
-  const auto pending = std::make_shared<PendingExchange>(*this, messages);
+  const auto pending = std::make_shared<PendingExchange>(*this);
+  for (const Message& message : messages) pending->receive(message.peer, message.receive);
+  for (const Message& message : messages) pending->send(message.peer, exchange_tag, message.send);
   return [pending] { pending->finish(); };
 }
 
 std::function<void()> MpiCommunicator::start_send(int peer, std::span<const std::byte> data) {
   throw_if_failed();
-  const auto pending = std::make_shared<PendingExchange>(*this, peer, data);
+  const auto pending = std::make_shared<PendingExchange>(*this);
+  pending->send(peer, send_tag, data);
   return [pending] { pending->finish(); };
 }
 

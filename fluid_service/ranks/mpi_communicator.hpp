@@ -1,14 +1,46 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include <mpi.h>
 
 #include "ranks/communicator.hpp"
 #include "ranks/heartbeats.hpp"
+#include "system/process.hpp"
 
 namespace copepod::fluid {
+
+/// Pauses between two polls of a wait: yields at first, then sleeps ever longer.
+///
+/// docs/decisions/waiting_ranks_sleep.md has the measurement behind the figures.
+class Backoff {
+ public:
+  static constexpr double spin_s = 100e-6;
+  static constexpr double longest_pause_s = 1e-3;
+
+  /// Sleep after a wait, 0 to yield: a message that comes within `spin_s` is seen at once; later the sleep adds
+  /// at most an eighth to the wait.
+  static constexpr double pause_s(double waited_s) {
+    return waited_s < spin_s ? 0.0 : std::min(waited_s / 8, longest_pause_s);
+  }
+
+  void pause() const {
+    const double sleep_s = pause_s(waited_s());
+    if (sleep_s > 0.0)
+      std::this_thread::sleep_for(std::chrono::duration<double>(sleep_s));
+    else
+      std::this_thread::yield();
+  }
+
+  [[nodiscard]] double waited_s() const { return now_s() - start_s_; }
+
+ private:
+  double start_s_ = now_s();
+};
 
 /// Communicator over all ranks of MPI_COMM_WORLD, by nonblocking calls and polled waits.
 ///
@@ -25,9 +57,7 @@ class MpiCommunicator final : public Communicator {
   [[nodiscard]] int size() const override { return size_; }
 
   void broadcast(std::span<std::byte> data) override;
-  void sum_to_leader(std::span<std::int64_t> values) override;
-  void sum_to_all(std::span<std::int64_t> values) override { reduce_to_all(values, MPI_UINT64_T, MPI_SUM); }
-  void max_to_all(std::span<std::int64_t> values) override { reduce_to_all(values, MPI_INT64_T, MPI_MAX); }
+  void reduce_to_leader(std::span<std::int64_t> values, Reduction reduction) override;
   /// Messages to one peer match that peer's messages to us in the order in which they are listed.
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
   [[nodiscard]] std::function<void()> start_send(int peer, std::span<const std::byte> data) override;
@@ -39,10 +69,9 @@ class MpiCommunicator final : public Communicator {
  private:
   class PendingExchange;
 
-  void reduce_to_all(std::span<std::int64_t> values, MPI_Datatype type, MPI_Op operation);
-  /// @param start  of the operation on a copy of `data`, which its result replaces
+  /// @param start  the call of MPI, of that name, on a copy of `data`, which its result replaces
   template <class Start>
-  void collective(std::span<std::byte> data, const Start& start);
+  void collective(std::span<std::byte> data, const char* call, const Start& start);
   /// Polls until `request` is complete. @throws PeerFailed if another rank reports a failure meanwhile
   void wait(MPI_Request& request);
   /// The same until poll() is true.

@@ -96,9 +96,7 @@ class ThreadRanks::Rank final : public Communicator {
   [[nodiscard]] int rank() const override { return rank_; }
   [[nodiscard]] int size() const override;
   void broadcast(std::span<std::byte> data) override;
-  void sum_to_leader(std::span<std::int64_t> values) override;
-  void sum_to_all(std::span<std::int64_t> values) override;
-  void max_to_all(std::span<std::int64_t> values) override;
+  void reduce_to_leader(std::span<std::int64_t> values, Reduction reduction) override;
   [[nodiscard]] std::function<void()> start_exchange(std::span<const Message> messages) override;
   [[nodiscard]] std::function<void()> start_send(int peer, std::span<const std::byte> data) override;
   void receive(int peer, std::vector<std::byte>& data) override;
@@ -109,9 +107,6 @@ class ThreadRanks::Rank final : public Communicator {
   void throw_if_failed() const;
 
  private:
-  template <class Combine>
-  void reduce_to_leader(std::span<std::int64_t> values, const Combine& combine);
-
   Team& team_;
   int rank_;
   std::vector<std::int64_t> received_;
@@ -235,14 +230,14 @@ void ThreadRanks::Rank::wake() {
 }
 
 void ThreadRanks::Rank::wait_for(Posting& posting) {
-  const Backoff waiting;
+  const double start_s = now_s();
   while (posting.is_open()) {
     posting.deliver();
     throw_if_failed();
     if (const int code = context().stop_requested(); code != 0)
       throw Error(static_cast<ExitCode>(code),
                   "stopped while waiting for another rank (the run was ended). See the coupler's log.", rank_);
-    if (waiting.waited_s() < spin_s) {
+    if (now_s() - start_s < spin_s) {
       std::this_thread::yield();
       continue;
     }
@@ -263,14 +258,18 @@ void ThreadRanks::Rank::broadcast(std::span<std::byte> data) {
   }
 }
 
-/// @param combine  of two values
-template <class Combine>
-void ThreadRanks::Rank::reduce_to_leader(std::span<std::int64_t> values, const Combine& combine) {
+void ThreadRanks::Rank::reduce_to_leader(std::span<std::int64_t> values, Reduction reduction) {
   throw_if_failed();
   if (rank_ != 0) {
     team_.channel(Team::Purpose::collective, rank_, 0).send_copy(std::as_bytes(values));
     return;
   }
+  // Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
+  const auto combine = [reduction](std::int64_t a, std::int64_t b) {
+    return reduction == Reduction::max
+               ? std::max(a, b)
+               : static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+  };
   received_.resize(values.size());
   for (int peer = 1; peer < size(); ++peer) {
     Posting posting;
@@ -278,23 +277,6 @@ void ThreadRanks::Rank::reduce_to_leader(std::span<std::int64_t> values, const C
     wait_for(posting);
     std::ranges::transform(values, received_, values.begin(), combine);
   }
-}
-
-// Unsigned sums: the same bits as signed ones, and defined where digests wrap around.
-void ThreadRanks::Rank::sum_to_leader(std::span<std::int64_t> values) {
-  reduce_to_leader(values, [](std::int64_t a, std::int64_t b) {
-    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-  });
-}
-
-void ThreadRanks::Rank::sum_to_all(std::span<std::int64_t> values) {
-  sum_to_leader(values);
-  broadcast(std::as_writable_bytes(values));
-}
-
-void ThreadRanks::Rank::max_to_all(std::span<std::int64_t> values) {
-  reduce_to_leader(values, [](std::int64_t a, std::int64_t b) { return std::max(a, b); });
-  broadcast(std::as_writable_bytes(values));
 }
 
 std::function<void()> ThreadRanks::Rank::start_exchange(std::span<const Message> messages) {

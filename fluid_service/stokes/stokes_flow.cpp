@@ -72,10 +72,9 @@ Matrix3d translation(const ImageFlow& flow, double a, double b, double h) {
 /// −W_j − 2h Δ_jj ∂_j W_3 − 2/3 b² Δ_jj ∂_3 ∂_j W_3, the curl of (1 + b²/6 ∇y²) G/2.
 Matrix3d turning_by_force(const ImageFlow& flow, double b, double h) {
   Matrix3d columns;
-  for (int j = 0; j < 3; ++j) {
+  for (int j = 0; j < 3; ++j)
     columns.col(j) = -Vector3d::Unit(j).cross(flow.R) / flow.r3 -
                      mirror[j] * (2.0 * h * flow.W_m(2, j) + 2.0 / 3.0 * b * b * flow.W3_3m(j));
-  }
   return columns;
 }
 
@@ -169,16 +168,15 @@ void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const
   const Eigen::Index n = position_m.cols();
   const Eigen::Matrix3Xd position_P_m = plane.rotation * (position_m.colwise() - plane.origin_m);
   const auto radius = [&radius_m](Eigen::Index i) { return radius_m[static_cast<std::size_t>(i)]; };
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i)
     if (!(position_P_m(2, i) > radius(i)))
       throw SolverError(
           "sphere " + std::to_string(i) +
           " reaches the no-slip plane (Stokes mobility is not defined then). Use weaker forces or start further away.");
-  }
   const auto in_world = [&plane](const Eigen::Matrix3d& tensor_P) -> Eigen::Matrix3d {
     return plane.rotation.transpose() * tensor_P * plane.rotation;
   };
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j < n; ++j) {
       const ImageMobility images =
           image_mobility(position_P_m.col(i), radius(i), position_P_m.col(j), radius(j), viscosity_Pa_s);
@@ -188,7 +186,6 @@ void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const
       mobility.block<3, 3>(3 * (n + i), 3 * j) += rt;
       mobility.block<3, 3>(3 * j, 3 * (n + i)) += rt.transpose();  // Lorentz reciprocity
     }
-  }
 }
 
 StokesFlow::StokesFlow(const FluidSetup& setup, const Communicator& communicator)

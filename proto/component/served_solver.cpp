@@ -57,24 +57,27 @@ void require_finite(std::int64_t step, Eigen::Index bodies, const std::string& o
 }
 
 void require_finite(const Loads& loads, Eigen::Index bodies) {
-  if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies) {
+  if (loads.force_N.cols() != bodies || loads.torque_N_m.cols() != bodies)
     throw SolverError("The fluid solver returned loads on " + std::to_string(loads.bodies()) + " bodies (there are " +
                           std::to_string(bodies) + "). Fix exchange().",
                       0, loads.step);
-  }
   require_finite(loads.step, bodies, "The load on", "the flow has diverged). Use a smaller step or a larger viscosity.",
                  loads.force_N, loads.torque_N_m);
 }
 
 void require_finite(const Kinematics& kinematics, Eigen::Index bodies) {
-  if (kinematics.bodies() != bodies) {
+  if (kinematics.bodies() != bodies)
     throw SolverError("The body solver returned " + std::to_string(kinematics.bodies()) + " bodies (there are " +
                           std::to_string(bodies) + "). Fix step().",
                       0, kinematics.step);
-  }
   require_finite(kinematics.step, bodies, "The state of", "its motion has diverged). Use a smaller step.",
                  kinematics.position_m, kinematics.orientation_wxyz, kinematics.velocity_m_per_s,
                  kinematics.angular_velocity_rad_per_s);
+}
+
+/// The session's table leaves no such work to this role.
+std::logic_error not_asked(const std::string& role, Work work) {
+  return std::logic_error("A " + role + " was asked to " + std::string(name_of(work)) + ".");
 }
 
 /// Of the process in a recording.
@@ -85,12 +88,12 @@ std::string trace_name(const ControllerSetup& setup) { return setup.name; }
 }  // namespace
 
 template <class Setup, class Solver>
-std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conversion::Decoder& request,
-                                                          const session::Header& header, conversion::Encoder& encoder) {
+conversion::Bytes Served<Setup, Solver>::perform(const Request& request) {
+  const auto& [work, message, header, encoder] = request;
   switch (work) {
     case Work::make_solver: {
       Setup setup;
-      request.read(setup);
+      message.read(setup);
       if (!setup.trace_directory.empty())
         recording::open_timeline(context_.timeline(), setup.trace_directory, trace_name(setup), 0);
       bodies_ = static_cast<Eigen::Index>(setup.bodies.size());
@@ -99,14 +102,14 @@ std::span<const std::byte> Served<Setup, Solver>::perform(Work work, const conve
       return encoder.encode(header, configured(setup));
     }
     case Work::write_state:
-      return encoder.encode(header, save(*solver_, request));
+      return encoder.encode(header, save(*solver_, message));
     case Work::read_state:
-      read_state(*solver_, checkpoint_path(request));
+      read_state(*solver_, checkpoint_path(message));
       return encoder.encode(header, MessageKind::restored);
     case Work::send_summary:
       return encoder.encode(header, solver_->summarise());
     default:
-      return exchange(work, request, header, encoder);
+      return exchange(request);
   }
 }
 
@@ -120,17 +123,16 @@ session::Configured ServedFluid::configured(const FluidSetup& setup) {
   return {};
 }
 
-std::span<const std::byte> ServedFluid::exchange(Work work, const conversion::Decoder& request,
-                                                 const session::Header& header, conversion::Encoder& encoder) {
-  if (work != Work::compute_loads) throw std::logic_error("A fluid was asked to " + std::string(name_of(work)) + ".");
-  request.read(kinematics_, bodies_);
+conversion::Bytes ServedFluid::exchange(const Request& request) {
+  if (request.work != Work::compute_loads) throw not_asked("fluid", request.work);
+  request.message.read(kinematics_, bodies_);
   solver_->exchange(kinematics_, loads_);
   require_finite(loads_, columns_);
   if (const Eigen::Index due = flow_.values_in(kinematics_.step); loads_.flow.size() != due)
     throw SolverError("The fluid solver returned " + std::to_string(loads_.flow.size()) +
                           " values of the flow (the setup asks for " + std::to_string(due) + "). Fix exchange().",
                       0, loads_.step);
-  return encoder.encode(header, loads_);
+  return request.encoder.encode(request.header, loads_);
 }
 
 session::Configured ServedController::configured(const ControllerSetup& setup) {
@@ -139,18 +141,17 @@ session::Configured ServedController::configured(const ControllerSetup& setup) {
   return {};
 }
 
-std::span<const std::byte> ServedController::exchange(Work work, const conversion::Decoder& request,
-                                                      const session::Header& header, conversion::Encoder& encoder) {
-  if (work != Work::decide) throw std::logic_error("A controller was asked to " + std::string(name_of(work)) + ".");
-  request.read(observation_, bodies_, flow_);
+conversion::Bytes ServedController::exchange(const Request& request) {
+  if (request.work != Work::decide) throw not_asked("controller", request.work);
+  request.message.read(observation_, bodies_, flow_);
   const Span decide(context_.timeline(), "decide");
   const std::vector<double> action = solver_->act(observation_);
   if (action.size() != actuators_ || !conversion::all_finite(action.data(), action.size()))
     throw SolverError("The controller returned " + std::to_string(action.size()) +
                           " values, or one that is not finite " + "(its actuators are " + std::to_string(actuators_) +
                           "). Fix act().",
-                      0, header.step);
-  return encoder.encode(header, action);
+                      0, request.header.step);
+  return request.encoder.encode(request.header, action);
 }
 
 session::Configured ServedBody::configured(const BodySetup& setup) {
@@ -160,21 +161,20 @@ session::Configured ServedBody::configured(const BodySetup& setup) {
   return configured;
 }
 
-std::span<const std::byte> ServedBody::exchange(Work work, const conversion::Decoder& request,
-                                                const session::Header& header, conversion::Encoder& encoder) {
-  if (work == Work::send_kinematics) {
+conversion::Bytes ServedBody::exchange(const Request& request) {
+  if (request.work == Work::send_kinematics) {
     solver_->kinematics(kinematics_);
-  } else if (work == Work::advance_bodies) {
-    request.read(applied_, bodies_, actuators_, driving_nodes_);
+  } else if (request.work == Work::advance_bodies) {
+    request.message.read(applied_, bodies_, actuators_, driving_nodes_);
     {
       const Span integrate(context_.timeline(), "integrate");
       solver_->step(applied_, kinematics_);
     }
     require_finite(kinematics_, bodies_);
   } else {
-    throw std::logic_error("A body component was asked to " + std::string(name_of(work)) + ".");
+    throw not_asked("body component", request.work);
   }
-  return encoder.encode(header, kinematics_);
+  return request.encoder.encode(request.header, kinematics_);
 }
 
 }  // namespace copepod::component

@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <memory>
-#include <span>
 
 #include "contract/component.hpp"
 #include "conversion/codec.hpp"
@@ -11,25 +9,27 @@
 
 namespace copepod::component {
 
+/// What a message asks for, and how to answer it.
+struct Request {
+  session::Work work;
+  const conversion::Decoder& message;
+  const session::Header& header;  ///< of the reply
+  conversion::Encoder& encoder;   ///< owns the bytes of the reply
+};
+
 /// A solver behind the messages of its role.
 class ServedSolver {
  public:
-  ServedSolver() = default;
-  ServedSolver(const ServedSolver&) = delete;
-  ServedSolver& operator=(const ServedSolver&) = delete;
   virtual ~ServedSolver() = default;
 
   [[nodiscard]] virtual session::Role role() const = 0;
 
-  /// Does what a request asks for, up to the reply.
-  /// @param header  of the reply
-  /// @return the reply's bytes, owned by `encoder`
+  /// Does what a request asks for, up to the reply, and returns that.
   /// @throws whatever the solver throws; MalformedMessage if the request makes no sense
-  virtual std::span<const std::byte> perform(session::Work work, const conversion::Decoder& request,
-                                             const session::Header& header, conversion::Encoder& encoder) = 0;
+  virtual conversion::Bytes perform(const Request& request) = 0;
 
   /// The bulk update after the reply to `work`, if there is one.
-  virtual void follow_up(session::Work work) = 0;
+  virtual void follow_up(session::Work /*work*/) {}
 };
 
 /// What both roles do alike.
@@ -40,16 +40,14 @@ class Served : public ServedSolver {
   Served(const Component<Setup, Solver>& component, SolverContext& context)
       : component_(component), context_(context) {}
 
-  std::span<const std::byte> perform(session::Work work, const conversion::Decoder& request,
-                                     const session::Header& header, conversion::Encoder& encoder) final;
+  conversion::Bytes perform(const Request& request) final;
 
  protected:
   /// The answer to the setup, now that the solver is there.
-  virtual session::Configured configured(const Setup&) { return {}; }
+  virtual session::Configured configured(const Setup& setup) = 0;
 
   /// Does what only this role is asked for.
-  virtual std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
-                                              const session::Header& header, conversion::Encoder& encoder) = 0;
+  virtual conversion::Bytes exchange(const Request& request) = 0;
 
   const Component<Setup, Solver>& component_;
   SolverContext& context_;
@@ -70,8 +68,7 @@ class ServedFluid final : public Served<FluidSetup, FluidSolver> {
 
  private:
   session::Configured configured(const FluidSetup& setup) override;
-  std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
-                                      const session::Header& header, conversion::Encoder& encoder) override;
+  conversion::Bytes exchange(const Request& request) override;
 
   Eigen::Index columns_ = 0;  ///< of the loads
   FlowSampling flow_;
@@ -83,12 +80,10 @@ class ServedController final : public Served<ControllerSetup, Controller> {
  public:
   using Served::Served;
   [[nodiscard]] session::Role role() const override { return session::Role::controller; }
-  void follow_up(session::Work) override {}
 
  private:
   session::Configured configured(const ControllerSetup& setup) override;
-  std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
-                                      const session::Header& header, conversion::Encoder& encoder) override;
+  conversion::Bytes exchange(const Request& request) override;
 
   std::size_t actuators_ = 0;
   Eigen::Index flow_ = 0;  ///< values of a sample
@@ -100,12 +95,10 @@ class ServedBody final : public Served<BodySetup, BodySolver> {
  public:
   using Served::Served;
   [[nodiscard]] session::Role role() const override { return session::Role::body; }
-  void follow_up(session::Work) override {}
 
  private:
   session::Configured configured(const BodySetup& setup) override;
-  std::span<const std::byte> exchange(session::Work work, const conversion::Decoder& request,
-                                      const session::Header& header, conversion::Encoder& encoder) override;
+  conversion::Bytes exchange(const Request& request) override;
 
   Eigen::Index actuators_ = 0;
   Eigen::Index driving_nodes_ = 1;

@@ -76,15 +76,13 @@ void Server::shake_hands() {
   const auto start = Clock::now();
   const auto deadline = start + std::chrono::duration<double>(connect_deadline_s_);
   for (std::uint32_t attempt = 0; session_.state == State::connected; ++attempt) {
-    if (Clock::now() > deadline) {
+    if (Clock::now() > deadline)
       throw DeadlinePassed("The coupler did not answer for " + std::to_string(static_cast<int>(connect_deadline_s_)) +
                            " s (it is not running, or at another address). Start it, or correct --endpoint.");
-    }
-    if (dealer_.turned_away()) {
+    if (dealer_.turned_away())
       throw Refused(
           "The coupler turned this component away (a key is missing or wrong, here or at the coupler). Give --keys "
           "with the file of this role of this run.");
-    }
     Header first = header(0);
     first.attempt = attempt;
     send(handshake_.encode(first, hello_));
@@ -94,9 +92,8 @@ void Server::shake_hands() {
 }
 
 void Server::serve() {
-  while (!has_ended(session_.state)) {
+  while (!has_ended(session_.state))
     if (wait_for_message(kRepeatHello_s)) handle(frame_);
-  }
 }
 
 /// The last reply may get lost, and the coupler may ask again; it closes the connection after receiving it. A
@@ -179,10 +176,9 @@ void Server::do_work(const Action& action) {
   const Header request = decoder_.header();
   const bool is_return = action.work == Work::make_solver && request.sequence > 1;
   const std::string needed = is_of_checkpoints ? "checkpoint" : is_return ? "snapshots" : "";
-  if (!needed.empty() && !hello_.capabilities.features.contains(needed)) {
+  if (!needed.empty() && !hello_.capabilities.features.contains(needed))
     throw Refused("A " + std::string(name_of(decoder_.kind())) + " was refused (this component does not announce " +
                   needed + "). Send none.");
-  }
   vitals_.received_sequence = request.sequence;
   enter(phase_of(action.work));
   vitals_.step = request.step;
@@ -190,8 +186,8 @@ void Server::do_work(const Action& action) {
   Header reply = header(request.sequence);
   reply.step = request.step;
   const bool is_end = action.work == Work::confirm_end;
-  last_reply_ =
-      is_end ? replies_.encode(reply, MessageKind::finished) : solver_.perform(action.work, decoder_, reply, replies_);
+  last_reply_ = is_end ? replies_.encode(reply, MessageKind::finished)
+                       : solver_.perform({action.work, decoder_, reply, replies_});
   send(last_reply_);
   vitals_.replied_sequence = request.sequence;
   if (is_end) return;
@@ -210,10 +206,9 @@ void Server::enter(Phase phase) {
 }
 
 void Server::send(std::span<const std::byte> bytes) {
-  if (!dealer_.send(bytes)) {
+  if (!dealer_.send(bytes))
     throw ComponentLost("The coupler takes no more messages (its queue is full). Look at the coupler's log.",
                         vitals_.step.load());
-  }
 }
 
 FailureReport Server::report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const {

@@ -220,9 +220,8 @@ std::set<std::string> required_features(const BodySetup& setup) {
       required.insert("contact:friction");
   }
   if (!setup.walls.empty()) required.insert("walls");
-  for (const double length_m : setup.periodic_length_m) {
+  for (const double length_m : setup.periodic_length_m)
     if (length_m != 0.0 && !setup.bodies.empty()) required.insert("periodic");
-  }
   return required;
 }
 
@@ -247,9 +246,8 @@ FeatureComparison compare_features(const std::set<std::string>& required, const 
     (neglected ? comparison.neglected : comparison.missing).push_back(name);
   }
   const std::set<std::string>& known = announceable_names();
-  for (const std::string& name : announced) {
+  for (const std::string& name : announced)
     if (!known.contains(name)) comparison.unknown.push_back({name, nearest_word(name, {known.begin(), known.end()})});
-  }
   return comparison;
 }
 

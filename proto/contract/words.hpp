@@ -37,9 +37,8 @@ struct Choice {
 /// The word for a value; empty if it has none.
 template <typename E, std::size_t N>
 const char* name_of(const std::array<Choice<E>, N>& choices, E value) {
-  for (const Choice<E>& choice : choices) {
+  for (const Choice<E>& choice : choices)
     if (choice.value == value) return choice.name;
-  }
   return "";
 }
 

@@ -30,10 +30,9 @@ void assign(Doubles& field, const Eigen::PlainObjectBase<Derived>& matrix) {
 }
 
 inline void require_length(std::size_t found, Eigen::Index length, const char* name) {
-  if (found != static_cast<std::size_t>(length)) {
+  if (found != static_cast<std::size_t>(length))
     throw MalformedMessage(std::string(name) + " holds " + std::to_string(found) + " numbers, not " +
                            std::to_string(length));
-  }
 }
 
 inline void require_finite(const double* values, Eigen::Index count, const char* name) {
@@ -50,10 +49,9 @@ void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const ch
   if (copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data())) return;
   Eigen::Index column = 0;
   while (all_finite(matrix.col(column).data(), Matrix::RowsAtCompileTime)) ++column;
-  for (const double value : matrix.col(column)) {
+  for (const double value : matrix.col(column))
     if (!all_finite(&value, 1))
       throw NotFinite(std::string(name) + " of body " + std::to_string(column) + " is " + std::to_string(value));
-  }
 }
 
 inline double read_finite(double value, const char* name) {
@@ -62,10 +60,9 @@ inline double read_finite(double value, const char* name) {
 }
 
 inline void require_at_most(std::size_t size, std::size_t limit, const char* name) {
-  if (size > limit) {
+  if (size > limit)
     throw MalformedMessage(std::string(name) + " has " + std::to_string(size) + " entries or bytes, at most " +
                            std::to_string(limit) + " are allowed");
-  }
 }
 
 }  // namespace copepod::conversion

@@ -186,19 +186,12 @@ struct Decoder::Buffers {
   Header header;
   MessageKind kind = MessageKind::none;
 
-  void make_arena() {
-    google::protobuf::ArenaOptions options;
-    options.initial_block = block.data();
-    options.initial_block_size = block.size();
-    arena = std::make_unique<google::protobuf::Arena>(options);
-  }
-
   void renew() {
     const std::size_t used = arena ? arena->SpaceAllocated() : 0;
     if (!arena || used > block.size()) {
       arena.reset();
       if (used > block.size()) block = std::vector<char>(2 * used);
-      make_arena();
+      arena = std::make_unique<google::protobuf::Arena>(block.data(), block.size());
     } else {
       arena->Reset();
     }
@@ -224,9 +217,8 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
   const Bytes content = bytes.first(bytes.size() - kChecksumBytes);
   const auto found = find_arrays(content);
   const Bytes rest = found ? content.first(found->begin) : content;
-  if (!envelope.ParseFromArray(rest.data(), static_cast<int>(rest.size()))) {
+  if (!envelope.ParseFromArray(rest.data(), static_cast<int>(rest.size())))
     throw MalformedMessage(std::to_string(bytes.size()) + " bytes are not an Envelope");
-  }
   buffers_->arrays = found ? found->arrays : arrays_of(envelope);
   const auto kind = static_cast<MessageKind>(found ? found->message : envelope.body_case());
   if (kind == MessageKind::none) throw MalformedMessage("the Envelope is empty or holds an unknown message");
@@ -234,10 +226,9 @@ MessageKind Decoder::parse(std::span<const std::byte> bytes) {
                       envelope.sequence(),       envelope.attempt(),        envelope.step()};
   // A Hello of another version must be readable, so that it can be refused with a reason.
   if (envelope.protocol_major() != session::kProtocolMajor && kind != MessageKind::hello &&
-      kind != MessageKind::refusal) {
+      kind != MessageKind::refusal)
     throw MalformedMessage("it is of protocol version " + std::to_string(envelope.protocol_major()) + ", not " +
                            std::to_string(session::kProtocolMajor));
-  }
   return buffers_->kind = kind;
 }
 

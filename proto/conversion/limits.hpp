@@ -17,7 +17,6 @@ struct Limits {
   std::size_t string_bytes = 4096;
   std::size_t model_bytes = std::size_t{16} << 20;  ///< text of BodySetup::model
   std::size_t features = 1024;
-  std::size_t timers = 1024;
 };
 
 inline constexpr Limits kLimits{};

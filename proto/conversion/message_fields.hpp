@@ -211,17 +211,15 @@ inline void check(const FieldOutput& fields) {
   const std::vector<std::int64_t>& region = fields.region_cells;
   if (!region.empty() && region.size() != 6)
     throw MalformedMessage("fields.region_cells has " + std::to_string(region.size()) + " entries, not 6");
-  for (std::size_t i = 0; i < region.size(); i += 2) {
+  for (std::size_t i = 0; i < region.size(); i += 2)
     if (region[i + 1] > 0 ? region[i] >= region[i + 1] : region[i] > 0)
       throw MalformedMessage("fields.region_cells has no cells along an axis");
-  }
   if (fields.compression > 9)
     throw MalformedMessage("fields.compression is " + std::to_string(fields.compression) + ", more than 9");
   if (fields.mean_stop == 0) return;
-  if (fields.mean_start >= fields.mean_stop) {
+  if (fields.mean_start >= fields.mean_stop)
     throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) + ", not before mean_stop " +
                            std::to_string(fields.mean_stop));
-  }
   if (fields.mean_every_steps == 0) throw MalformedMessage("fields.mean_every_steps of a mean is 0");
 }
 
@@ -229,15 +227,13 @@ inline void check(const FluidSetup& setup) {
   double cells = 1.0;
   for (const std::int64_t along : setup.domain_cells) cells *= std::max(1.0, static_cast<double>(along));
   if (cells > kLimits.cells) throw MalformedMessage("domain_cells are more than 10^12 cells");
-  if (setup.no_slip_plane > 5) {
+  if (setup.no_slip_plane > 5)
     throw MalformedMessage("no_slip_plane is face " + std::to_string(setup.no_slip_plane) +
                            ", a domain has faces 0 to 5");
-  }
-  for (const auto& [A, B] : setup.jointed) {
+  for (const auto& [A, B] : setup.jointed)
     if (A >= B || static_cast<std::size_t>(B) >= setup.bodies.size())
       throw MalformedMessage("a joint joins bodies " + std::to_string(A) + " and " + std::to_string(B) + " of " +
                              std::to_string(setup.bodies.size()));
-  }
 }
 
 inline void check(const ControllerSetup& setup) {
@@ -248,10 +244,9 @@ inline void check(const BodySetup& setup) {
   const auto require = [&](const std::string& what, std::initializer_list<int> bodies) {
     std::string numbers;
     for (const int body : bodies) numbers += (numbers.empty() ? "" : " and ") + std::to_string(body);
-    for (const int body : bodies) {
+    for (const int body : bodies)
       if (static_cast<std::size_t>(body) >= setup.bodies.size())
         throw MalformedMessage(what + " bodies " + numbers + " of " + std::to_string(setup.bodies.size()));
-    }
   };
   for (const SpringSpecification& spring : setup.springs) require("a spring joins", {spring.body_A, spring.body_B});
   for (const BendSpecification& bend : setup.bends) require("a bend joins", {bend.body_A, bend.body_B, bend.body_C});

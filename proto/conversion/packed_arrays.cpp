@@ -31,8 +31,6 @@ using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedInputStream;
 using google::protobuf::io::CodedOutputStream;
 
-static_assert(std::endian::native == std::endian::little, "packed doubles travel as they lie in memory");
-
 std::uint32_t tag_of(int field) { return WireFormatLite::MakeTag(field, WireFormatLite::WIRETYPE_LENGTH_DELIMITED); }
 
 bool has_length(std::uint32_t tag) {

@@ -45,6 +45,7 @@ inline void add_actuator_loads(const ActuatorSpecification& actuator, double val
   if (value == 0.0) return;
   const Eigen::Index A = actuator.body_A - first;
   const Eigen::Index B = actuator.body_B - first;
+  Eigen::Vector3d direction_W = actuator.direction;
   switch (actuator.kind) {
     case ActuatorKind::pair_force: {
       Eigen::Vector3d d_AB_W_m = position_m.col(B) - position_m.col(A);
@@ -65,21 +66,18 @@ inline void add_actuator_loads(const ActuatorSpecification& actuator, double val
       return;
     }
     case ActuatorKind::body_force:
-      force_N.col(A) += value * (rotation_matrix(orientation_wxyz.col(A)) * actuator.direction);
-      return;
     case ActuatorKind::body_torque:
-      torque_N_m.col(A) += value * (rotation_matrix(orientation_wxyz.col(A)) * actuator.direction);
-      return;
+      direction_W = rotation_matrix(orientation_wxyz.col(A)) * actuator.direction;
+      break;
     case ActuatorKind::world_force:
-      force_N.col(A) += value * actuator.direction;
-      return;
     case ActuatorKind::world_torque:
-      torque_N_m.col(A) += value * actuator.direction;
-      return;
+      break;
     case ActuatorKind::joint_motion:
     case ActuatorKind::control:
       return;
   }
+  const bool is_force = actuator.kind == ActuatorKind::body_force || actuator.kind == ActuatorKind::world_force;
+  (is_force ? force_N : torque_N_m).col(A) += value * direction_W;
 }
 
 /// Loads of the whole drive on all bodies.
@@ -91,10 +89,9 @@ inline void drive_loads(const std::vector<ActuatorSpecification>& actuators,
   drive.step = kinematics.step;
   drive.force_N.setZero(3, kinematics.bodies());
   drive.torque_N_m.setZero(3, kinematics.bodies());
-  for (std::size_t i = 0; i < actuators.size(); ++i) {
+  for (std::size_t i = 0; i < actuators.size(); ++i)
     add_actuator_loads(actuators[i], values[static_cast<Eigen::Index>(i)], 0, kinematics.position_m,
                        kinematics.orientation_wxyz, drive.force_N, drive.torque_N_m);
-  }
 }
 
 }  // namespace copepod

@@ -11,20 +11,13 @@ namespace {
 /// Share of its radius by which a body may move before the pairs are listed anew.
 constexpr double margin_per_radius = 0.25;
 
-std::vector<double> margins_m(const std::vector<Shape>& shapes) {
-  std::vector<double> margins;
-  margins.reserve(shapes.size());
-  for (const Shape& shape : shapes) margins.push_back(margin_per_radius * shape.radius_m);
-  return margins;
-}
+double margin_m(const Shape& shape) { return margin_per_radius * shape.radius_m; }
 
-/// Radii of balls that intersect whenever the bodies could be near after each has moved by its margin.
-std::vector<double> ball_radii_m(const std::vector<Shape>& shapes, double reach_m,
-                                 const std::vector<double>& margin_m) {
-  std::vector<double> radii;
-  radii.reserve(shapes.size());
-  for (const Shape& shape : shapes) radii.push_back(bounding_radius_m(shape) + 0.5 * reach_m + margin_m[radii.size()]);
-  return radii;
+std::vector<double> of_each(const std::vector<Shape>& shapes, const auto& length_m) {
+  std::vector<double> lengths_m;
+  lengths_m.reserve(shapes.size());
+  for (const Shape& shape : shapes) lengths_m.push_back(length_m(shape));
+  return lengths_m;
 }
 
 /// Sorts pairs of neighbours in time linear in their number: by the lower body by counting, then the few of each body.
@@ -48,18 +41,19 @@ void sort_pairs(const std::vector<BodyPair>& pairs, std::size_t bodies, std::vec
 
 std::vector<BodyPair> jointed_pairs(const std::vector<JointSpecification>& joints) {
   std::vector<BodyPair> pairs;
-  for (const JointSpecification& joint : joints) {
+  for (const JointSpecification& joint : joints)
     if (joint.body_B >= 0)
       pairs.emplace_back(std::min(joint.body_A, joint.body_B), std::max(joint.body_A, joint.body_B));
-  }
   std::ranges::sort(pairs);
   return pairs;
 }
 
 NearPairs::NearPairs(const std::vector<Shape>& shapes, double reach_m, const std::array<double, 3>& periodic_length_m,
                      std::vector<BodyPair> except)
-    : margin_m_(margins_m(shapes)),
-      grid_(ball_radii_m(shapes, reach_m, margin_m_), periodic_length_m),
+    : margin_m_(of_each(shapes, margin_m)),
+      // Balls that intersect whenever the bodies could be near after each has moved by its margin.
+      grid_(of_each(shapes, [&](const Shape& s) { return bounding_radius_m(s) + 0.5 * reach_m + margin_m(s); }),
+            periodic_length_m),
       except_(std::move(except)) {
   for (std::size_t body = 0; body < shapes.size(); ++body) {
     const double extent_m = 2.0 * bounding_radius_m(shapes[body]);

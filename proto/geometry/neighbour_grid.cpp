@@ -41,9 +41,8 @@ NeighbourGrid::NeighbourGrid(std::vector<double> radius_m, const std::array<doub
       cell_of_ball_(radius_m_.size()),
       bucket_of_ball_(radius_m_.size()) {
   std::map<int, std::vector<int>> balls_of_size;
-  for (std::size_t ball = 0; ball < radius_m_.size(); ++ball) {
+  for (std::size_t ball = 0; ball < radius_m_.size(); ++ball)
     balls_of_size[std::ilogb(radius_m_[ball])].push_back(static_cast<int>(ball));
-  }
   for (auto& [exponent, balls] : balls_of_size) {
     double largest_m = 0.0;
     for (const int ball : balls) largest_m = std::max(largest_m, radius_m_[ball]);
@@ -89,9 +88,8 @@ void NeighbourGrid::sort_into_cells(Level& level, const Eigen::Matrix3Xd& centre
   }
   for (std::size_t b = 0; b < buckets; ++b) start[b + 1] += start[b];
   // Filling from the back leaves start[b] at the start of the bucket and keeps its balls in ascending order.
-  for (auto ball = level.balls.rbegin(); ball != level.balls.rend(); ++ball) {
+  for (auto ball = level.balls.rbegin(); ball != level.balls.rend(); ++ball)
     level.entries[--start[bucket_of_ball_[*ball] + 1]] = {cell_of_ball_[*ball], *ball};
-  }
   for (std::size_t b = 0; b < buckets; ++b) start[b] = start[b + 1];
   start[buckets] = static_cast<std::uint32_t>(level.entries.size());
 }
@@ -99,13 +97,10 @@ void NeighbourGrid::sort_into_cells(Level& level, const Eigen::Matrix3Xd& centre
 void NeighbourGrid::find_pairs(const Eigen::Matrix3Xd& centre_m, std::vector<BodyPair>& pairs) {
   pairs.clear();
   for (auto& level : levels_) sort_into_cells(level, centre_m);
-  for (std::size_t own = 0; own < levels_.size(); ++own) {
-    for (const int ball : levels_[own].balls) {
-      for (std::size_t other = own; other < levels_.size(); ++other) {
+  for (std::size_t own = 0; own < levels_.size(); ++own)
+    for (const int ball : levels_[own].balls)
+      for (std::size_t other = own; other < levels_.size(); ++other)
         add_partners(ball, levels_[other], other == own, centre_m, pairs);
-      }
-    }
-  }
 }
 
 void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level, const Eigen::Matrix3Xd& centre_m,
@@ -115,8 +110,8 @@ void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level, c
   const auto [x_first, x_last] = neighbour_steps(level.cells[0]);
   const auto [y_first, y_last] = neighbour_steps(level.cells[1]);
   const auto [z_first, z_last] = neighbour_steps(level.cells[2]);
-  for (auto x = x_first; x <= x_last; ++x) {
-    for (auto y = y_first; y <= y_last; ++y) {
+  for (auto x = x_first; x <= x_last; ++x)
+    for (auto y = y_first; y <= y_last; ++y)
       for (auto z = z_first; z <= z_last; ++z) {
         const Cell cell{wrapped(home[0] + x, level.cells[0]), wrapped(home[1] + y, level.cells[1]),
                         wrapped(home[2] + z, level.cells[2])};
@@ -126,13 +121,10 @@ void NeighbourGrid::add_partners(int ball, const Level& level, bool own_level, c
           if (entry_cell != cell || (own_level && other <= ball)) continue;
           const double reach_m = radius_m_[ball] + radius_m_[other];
           const Eigen::Vector3d difference_m = centre_m.col(other) - centre_m.col(ball);
-          if (images_.nearest_m(difference_m).squaredNorm() < reach_m * reach_m) {
+          if (images_.nearest_m(difference_m).squaredNorm() < reach_m * reach_m)
             pairs.emplace_back(std::min(ball, other), std::max(ball, other));
-          }
         }
       }
-    }
-  }
 }
 
 }  // namespace copepod

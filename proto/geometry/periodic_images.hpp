@@ -39,15 +39,13 @@ struct PeriodicImages {
       if (!(std::abs(first[axis]) < 1e15)) return;
     }
     Eigen::Vector3d number;
-    for (number[0] = first[0]; number[0] <= last[0]; ++number[0]) {
-      for (number[1] = first[1]; number[1] <= last[1]; ++number[1]) {
+    for (number[0] = first[0]; number[0] <= last[0]; ++number[0])
+      for (number[1] = first[1]; number[1] <= last[1]; ++number[1])
         for (number[2] = first[2]; number[2] <= last[2]; ++number[2]) {
           const Eigen::Vector3d place_m =
               point_m + number.cwiseProduct(Eigen::Vector3d(length_m[0], length_m[1], length_m[2]));
           if (place_m.squaredNorm() < reach_m * reach_m) act(place_m, number);
         }
-      }
-    }
   }
 
   /// Smallest distance between two segments [m], over all images of the second whose centre is nearer than `reach_m` to

@@ -40,9 +40,8 @@ std::string clock_name() {
 }
 
 void add_with_imports(const google::protobuf::FileDescriptor& file, google::protobuf::FileDescriptorSet& schema) {
-  for (const auto& known : schema.file()) {
+  for (const auto& known : schema.file())
     if (known.name() == file.name()) return;
-  }
   for (int i = 0; i < file.dependency_count(); ++i) add_with_imports(*file.dependency(i), schema);
   file.CopyTo(schema.add_file());
 }
@@ -73,10 +72,9 @@ void Recorder::append(const Fill& fill) {
 
 Recorder::Recorder(const std::string& path, const std::string& process, int rank)
     : path_(path), descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {
-  if (descriptor_ < 0) {
+  if (descriptor_ < 0)
     throw StorageError("the recording " + path + " cannot be made (" + std::strerror(errno) + "). " +
                        remedy_for(errno, "Check the run directory, or switch output.wire and output.trace off."));
-  }
   append([&](v1::Record& record) {
     v1::RecordingHeader& header = *record.mutable_header();
     header.set_process(process);

@@ -34,30 +34,25 @@ std::string illegal(const ComponentSession& session, MessageKind kind) {
 }
 
 Outcome on_request(ComponentSession session, MessageKind kind, const Header& header) {
-  if (header.sequence == 0) {
+  if (header.sequence == 0)
     return refuse(session, std::string(name_of(kind)) +
                                " came without a number (its sequence is 0). Number the requests from 1.");
-  }
   if (header.sequence == session.last_sequence) return {session, {Kind::repeat_reply, {}, {}, {}}};
-  if (header.sequence < session.last_sequence) {
+  if (header.sequence < session.last_sequence)
     return ignore(session, "request " + std::to_string(header.sequence) + " was answered long ago");
-  }
   const Transition* transition = find_transition(session.role, session.state, kind);
   if (transition == nullptr) return refuse(session, illegal(session, kind));
-  if (header.sequence != session.last_sequence + 1) {
+  if (header.sequence != session.last_sequence + 1)
     return refuse(session, "request " + std::to_string(header.sequence) + " came after request " +
                                std::to_string(session.last_sequence) +
                                " (one in between was lost). Send every request until it is answered.");
-  }
-  if (is_step(transition->work) && header.step != session.next_step) {
+  if (is_step(transition->work) && header.step != session.next_step)
     return refuse(session, std::string(name_of(kind)) + " of step " + std::to_string(header.step) +
                                " came where step " + std::to_string(session.next_step) +
                                " was due (a step was left out or done twice). Advance step by step.");
-  }
-  if (transition->work == Work::decide && header.step < session.next_step) {
+  if (transition->work == Work::decide && header.step < session.next_step)
     return refuse(session, "An Observation of step " + std::to_string(header.step) + " came after that of step " +
                                std::to_string(session.next_step - 1) + " (time runs forward). Send them in order.");
-  }
   const bool sets_step = transition->work == Work::make_solver || transition->work == Work::read_state;
   if (sets_step || transition->work == Work::decide) session.next_step = header.step;
   session.last_sequence = header.sequence;
@@ -73,9 +68,8 @@ Outcome on_message(const ComponentSession& session, MessageKind kind, const Head
     return take(session, *find_transition(session.role, session.state, kind));
   }
   if (session.state == State::connected) return ignore(session, "the Welcome has not come yet");
-  if (header.session_id != session.session_id || header.epoch != session.epoch) {
+  if (header.session_id != session.session_id || header.epoch != session.epoch)
     return ignore(session, "message of another session or of an earlier coupler");
-  }
   return on_request(session, kind, header);
 }
 

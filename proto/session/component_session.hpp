@@ -35,12 +35,10 @@ inline CouplerSigns on_look(CouplerSigns signs, bool connected, const OrphanPati
 
 /// Why the component must take its coupler for lost; empty as long as it need not.
 inline std::string orphan_reason(const CouplerSigns& signs, const OrphanPatience& patience, double now_s) {
-  if (signs.disconnected_since_s >= 0 && now_s - signs.disconnected_since_s > patience.disconnected_s) {
+  if (signs.disconnected_since_s >= 0 && now_s - signs.disconnected_since_s > patience.disconnected_s)
     return "The coupler is gone (its connection broke and did not come back). Look at the coupler's log.";
-  }
-  if (now_s - signs.last_ping_s > patience.orphan_after_s) {
+  if (now_s - signs.last_ping_s > patience.orphan_after_s)
     return "The coupler is silent (no ping for longer than the component waits). Look at the coupler's log.";
-  }
   return {};
 }
 

@@ -32,9 +32,8 @@ std::string text_of(MessageKind kind, std::int64_t step) {
 
 bool same_token(const std::string& a, const std::string& b) {
   unsigned difference = a.size() == b.size() ? 0U : 1U;
-  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i) {
+  for (std::size_t i = 0; i < a.size() && i < b.size(); ++i)
     difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
-  }
   return difference == 0;
 }
 
@@ -78,16 +77,14 @@ CouplerSession welcomed(CouplerSession session, std::uint64_t session_id, std::u
 
 Asked ask(const CouplerSession& session, MessageKind request, std::int64_t step) {
   const std::string who = std::string(name_of(session.role)) + " component";
-  if (session.waits()) {
+  if (session.waits())
     return {session, "The " + who + " was asked for " + std::string(name_of(request)) + " too early (it has not " +
                          "answered " + std::string(name_of(session.request)) + " yet). Wait for the reply."};
-  }
   const Transition* transition = find_transition(session.role, session.state, request);
-  if (transition == nullptr) {
+  if (transition == nullptr)
     return {session, std::string(name_of(request)) + " cannot be sent to the " + who + " (in state '" +
                          std::string(name_of(session.state)) + "' it allows " +
                          legal_messages(session.role, session.state) + "). Call in the order of the contract."};
-  }
   CouplerSession next = session;
   next.sequence = session.sequence + 1;
   next.attempt = 0;
@@ -105,9 +102,8 @@ CouplerSession ask_again(CouplerSession session) {
 
 Heard hear(const CouplerSession& session, MessageKind kind, const Header& header) {
   const auto refused = [&](const std::string& what) -> Heard { return {session, Heard::Kind::refuse, what}; };
-  if (header.session_id != session.session_id || header.epoch != session.epoch) {
+  if (header.session_id != session.session_id || header.epoch != session.epoch)
     return {session, Heard::Kind::stale, {}};
-  }
   if (kind == MessageKind::failure) {
     CouplerSession failed = session;
     failed.state = State::failed;

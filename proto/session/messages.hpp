@@ -44,39 +44,26 @@ enum class MessageKind {
 };
 
 /// Names as in the schema.
-inline constexpr std::array kMessageNames = {
-    std::pair{MessageKind::none, std::string_view("none")},
-    std::pair{MessageKind::hello, std::string_view("Hello")},
-    std::pair{MessageKind::welcome, std::string_view("Welcome")},
-    std::pair{MessageKind::refusal, std::string_view("Refusal")},
-    std::pair{MessageKind::fluid_setup, std::string_view("FluidSetup")},
-    std::pair{MessageKind::body_setup, std::string_view("BodySetup")},
-    std::pair{MessageKind::configured, std::string_view("Configured")},
-    std::pair{MessageKind::controller_setup, std::string_view("ControllerSetup")},
-    std::pair{MessageKind::kinematics, std::string_view("Kinematics")},
-    std::pair{MessageKind::loads, std::string_view("Loads")},
-    std::pair{MessageKind::applied_loads, std::string_view("AppliedLoads")},
-    std::pair{MessageKind::kinematics_request, std::string_view("KinematicsRequest")},
-    std::pair{MessageKind::observation, std::string_view("Observation")},
-    std::pair{MessageKind::action, std::string_view("Action")},
-    std::pair{MessageKind::save, std::string_view("Save")},
-    std::pair{MessageKind::saved, std::string_view("Saved")},
-    std::pair{MessageKind::restore, std::string_view("Restore")},
-    std::pair{MessageKind::restored, std::string_view("Restored")},
-    std::pair{MessageKind::summarise, std::string_view("Summarise")},
-    std::pair{MessageKind::summary, std::string_view("Summary")},
-    std::pair{MessageKind::finish, std::string_view("Finish")},
-    std::pair{MessageKind::finished, std::string_view("Finished")},
-    std::pair{MessageKind::ping, std::string_view("Ping")},
-    std::pair{MessageKind::pong, std::string_view("Pong")},
-    std::pair{MessageKind::abort, std::string_view("Abort")},
-    std::pair{MessageKind::failure, std::string_view("Failure")},
-};
+inline constexpr auto kMessageNames = [] {
+  using enum MessageKind;
+  // clang-format off
+  return std::to_array<std::pair<MessageKind, std::string_view>>({
+      {none, "none"},
+      {hello, "Hello"}, {welcome, "Welcome"}, {refusal, "Refusal"},
+      {fluid_setup, "FluidSetup"}, {body_setup, "BodySetup"},
+      {configured, "Configured"}, {controller_setup, "ControllerSetup"},
+      {kinematics, "Kinematics"}, {loads, "Loads"}, {applied_loads, "AppliedLoads"},
+      {kinematics_request, "KinematicsRequest"}, {observation, "Observation"}, {action, "Action"},
+      {save, "Save"}, {saved, "Saved"}, {restore, "Restore"}, {restored, "Restored"},
+      {summarise, "Summarise"}, {summary, "Summary"}, {finish, "Finish"}, {finished, "Finished"},
+      {ping, "Ping"}, {pong, "Pong"}, {abort, "Abort"}, {failure, "Failure"},
+  });
+  // clang-format on
+}();
 
 constexpr std::string_view name_of(MessageKind kind) {
-  for (const auto& [known, name] : kMessageNames) {
+  for (const auto& [known, name] : kMessageNames)
     if (known == kind) return name;
-  }
   return "unknown";
 }
 

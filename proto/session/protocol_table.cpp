@@ -14,13 +14,11 @@ using nlohmann::ordered_json;
 
 ordered_json row_of(const Transition& transition) {
   ordered_json row{{"roles", ordered_json::array()}, {"from", ordered_json::array()}};
-  for (const Role role : {Role::fluid, Role::body, Role::controller}) {
+  for (const Role role : {Role::fluid, Role::body, Role::controller})
     if ((transition.roles & only(role)) != 0) row["roles"].push_back(name_of(role));
-  }
-  for (int state = 0; state <= static_cast<int>(State::orphaned); ++state) {
+  for (int state = 0; state <= static_cast<int>(State::orphaned); ++state)
     if ((transition.from & in(static_cast<State>(state))) != 0)
       row["from"].push_back(name_of(static_cast<State>(state)));
-  }
   const Trigger& trigger = transition.trigger;
   if (trigger.is_local()) {
     row["event"] = name_of(trigger.local);

@@ -51,10 +51,9 @@ ConnectionMonitor::ConnectionMonitor(zmq::context_t& context, zmq::socket_t& wat
                                      std::chrono::milliseconds wait)
     : watched_(watched), socket_(context, zmq::socket_type::pair) {
   const std::string address = "inproc://" + name;
-  if (zmq_socket_monitor(watched.handle(), address.c_str(), kEvents) != 0) {
+  if (zmq_socket_monitor(watched.handle(), address.c_str(), kEvents) != 0)
     throw Refused(std::string("The connections cannot be watched (") + zmq_strerror(zmq_errno()) +
                   "). Raise the limit of open files.");
-  }
   socket_.set(zmq::sockopt::linger, 0);
   socket_.set(zmq::sockopt::rcvtimeo, static_cast<int>(wait.count()));
   socket_.connect(address);

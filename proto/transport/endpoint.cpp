@@ -27,13 +27,11 @@ constexpr std::string_view kTcp = "tcp://";
 void check_ipc(const std::string& endpoint) {
   const std::string path = endpoint.substr(kIpc.size());
   constexpr std::size_t longest = sizeof(sockaddr_un::sun_path) - 1;
-  if (path.empty() || path.front() != '/') {
+  if (path.empty() || path.front() != '/')
     throw CaseError("The endpoint " + endpoint + " is not usable (its path is not absolute). Write ipc:///path.");
-  }
-  if (path.size() > longest) {
+  if (path.size() > longest)
     throw CaseError("The endpoint " + endpoint + " is not usable (its path has " + std::to_string(path.size()) +
                     " bytes, sockets allow " + std::to_string(longest) + "). Use a shorter run directory.");
-  }
 }
 
 /// The host of a tcp endpoint, without the brackets around an IPv6 address, and its port.
@@ -53,14 +51,12 @@ TcpAddress tcp_address(const std::string& endpoint) {
 void check_tcp(const std::string& endpoint) {
   const auto [host, port] = tcp_address(endpoint);
   const int number = number_in<int>(port).value_or(0);
-  if (host.empty() || number <= 0 || number >= 65536) {
+  if (host.empty() || number <= 0 || number >= 65536)
     throw CaseError("The endpoint " + endpoint + " is not usable (no host or no port). Write tcp://host:port.");
-  }
-  if (host == "*") {
+  if (host == "*")
     throw CaseError("The endpoint " + endpoint +
                     " is not usable (components cannot connect to all interfaces). Name the address or host on which "
                     "the coupler listens.");
-  }
 }
 
 /// What the file holds: the process id of a coupler, living or dead, or nothing yet.
@@ -104,10 +100,9 @@ std::string with_numeric_host(const std::string& endpoint) {
   if (chosen == nullptr) chosen = first;
   std::array<char, NI_MAXHOST> text{};
   if (error != 0 ||
-      getnameinfo(chosen->ai_addr, chosen->ai_addrlen, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0) {
+      getnameinfo(chosen->ai_addr, chosen->ai_addrlen, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST) != 0)
     throw CaseError("The endpoint " + endpoint + " is not usable (" + host + ": " + gai_strerror(error) +
                     "). Write an address, or a name that this machine resolves.");
-  }
   const std::string numeric = text.data();
   return std::string(kTcp) + (chosen->ai_family == AF_INET6 ? "[" + numeric + "]" : numeric) + ":" + port;
 }

@@ -222,10 +222,9 @@ class ZeroMqRouter final : public Router {
     if (path.empty()) return std::nullopt;
     std::error_code ignored;
     const auto kind = std::filesystem::symlink_status(path, ignored).type();  // ZeroMQ removes what it finds there
-    if (kind != std::filesystem::file_type::not_found && kind != std::filesystem::file_type::socket) {
+    if (kind != std::filesystem::file_type::not_found && kind != std::filesystem::file_type::socket)
       throw Refused("The address " + endpoint +
                     " cannot be bound (there is a file of that name, not a socket). Choose another one.");
-    }
     return std::optional<LockFile>(std::in_place, path + ".lock");
   }
 

@@ -50,9 +50,6 @@ struct Frame {
 /// The coupler's end: one address, many peers. Used by one thread.
 class Router {
  public:
-  Router() = default;
-  Router(const Router&) = delete;
-  Router& operator=(const Router&) = delete;
   virtual ~Router() = default;
 
   /// Waits at most `wait` for the next message.
@@ -74,9 +71,6 @@ class Router {
 /// the coupler is there wait for it; a broken connection is made again by itself.
 class Dealer {
  public:
-  Dealer() = default;
-  Dealer(const Dealer&) = delete;
-  Dealer& operator=(const Dealer&) = delete;
   virtual ~Dealer() = default;
 
   /// Waits at most `wait` for the next message; false if none came.

@@ -254,7 +254,7 @@ class ExchangeWithoutTransport {
     const auto kind = request_decoder_.parse(request_frame);
     const session::Outcome outcome = on_message(component_session_, kind, request_decoder_.header());
     session::Header reply = request_decoder_.header();
-    const auto reply_frame = fluid_.perform(outcome.action.work, request_decoder_, reply, reply_encoder_);
+    const auto reply_frame = fluid_.perform({outcome.action.work, request_decoder_, reply, reply_encoder_});
     component_session_ = on_event(outcome.session, session::LocalEvent::work_done).session;
     coupler_session_ = hear(coupler_session_, reply_decoder_.parse(reply_frame), reply_decoder_.header()).session;
     request_bytes_ = request_frame.size();

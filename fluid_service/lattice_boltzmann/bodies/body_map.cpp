@@ -296,7 +296,7 @@ void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {
 }
 
 void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) const {
-  for (int axis = 0; axis < 3; ++axis) {
+  for (int axis = 0; axis < 3; ++axis)
     for (const bool high : {false, true}) {
       if (beyond(body, axis, high) <= domain_.wall_overlap_lu()) continue;
       throw SolverError("body " + std::to_string(index) + " runs into the " + (high ? "upper" : "lower") +
@@ -307,7 +307,6 @@ void BodyMap::check_clear_of_faces(const LatticeBody& body, std::size_t index) c
                              : "Let bodies rebound (contact: {} in the case), enlarge the domain, or keep it away with "
                                "a softer push or a spring."));
     }
-  }
 }
 
 double BodyMap::beyond(const LatticeBody& body, int axis, bool high) const {

@@ -207,7 +207,7 @@ template <class Visit>
 void for_each_entering(const Box& block, const Visit& visit) {
   for (int direction = 1; direction < d3q19::directions; ++direction) {
     const auto& e = d3q19::e[direction];
-    for (std::int64_t x = block.low[0] - e[0]; x < block.high[0] - e[0]; ++x) {
+    for (std::int64_t x = block.low[0] - e[0]; x < block.high[0] - e[0]; ++x)
       for (std::int64_t y = block.low[1] - e[1]; y < block.high[1] - e[1]; ++y) {
         const bool row_inside = x >= block.low[0] && x < block.high[0] && y >= block.low[1] && y < block.high[1];
         if (!row_inside) {
@@ -216,7 +216,6 @@ void for_each_entering(const Box& block, const Visit& visit) {
           visit(Cell{x, y, e[2] > 0 ? block.low[2] - 1 : block.high[2]}, direction);
         }
       }
-    }
   }
 }
 

@@ -90,7 +90,7 @@ class OpenFaces {
       }
     }
     auto entering = entering_.begin();
-    for (const Group& group : groups_) {
+    for (const Group& group : groups_)
       for (std::size_t first = 0; first < group.cells.size(); first += cells_together) {
         const std::size_t count = std::min<std::size_t>(cells_together, group.cells.size() - first);
         for (const Link& link : group.links) {
@@ -100,7 +100,6 @@ class OpenFaces {
             populations[group.cells[first + i] + entry] = static_cast<T>(values[static_cast<Eigen::Index>(i)]);
         }
       }
-    }
   }
 
  private:

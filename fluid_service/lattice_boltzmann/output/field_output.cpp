@@ -227,7 +227,7 @@ void FieldWriter::publish(const std::string& group) {
   for (const auto& [name, grid] : grids_)
     if ((name == mean_group) == (group == mean_group)) shown.push_back(grid);
   write_durably(in_run(group == mean_group ? "fields_mean.xdmf" : "fields.xdmf"),
-                xdmf_text({cell_size_m_, step_s_, shown}));
+                xdmf_text(cell_size_m_, step_s_, shown));
 }
 
 void FieldWriter::write(const std::string& group, const FieldBlock& block, const Attributes& attributes) {

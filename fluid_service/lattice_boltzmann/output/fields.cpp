@@ -24,19 +24,19 @@ std::string in_words(const Cell& cell) {
   return std::to_string(cell[2]) + " " + std::to_string(cell[1]) + " " + std::to_string(cell[0]);
 }
 
-void add_grid(std::ostream& text, const XdmfDescription& d, const XdmfGrid& grid, const std::string& indent) {
+void add_grid(std::ostream& text, double cell_size_m, double step_s, const XdmfGrid& grid, const std::string& indent) {
   const Cell cells = {grid.box.extent(0), grid.box.extent(1), grid.box.extent(2)};
-  const auto origin_m = [&](int axis) { return static_cast<double>(grid.box.low[axis]) * d.cell_size_m; };
+  const auto origin_m = [&](int axis) { return static_cast<double>(grid.box.low[axis]) * cell_size_m; };
   text << indent << "<Grid Name='" << grid.group << "' GridType='Uniform'>\n";
   if (const std::int64_t step = step_of_group(grid.group); step >= 0)
-    text << indent << "  <Time Value='" << static_cast<double>(step) * d.step_s << "'/>\n";
+    text << indent << "  <Time Value='" << static_cast<double>(step) * step_s << "'/>\n";
   text << indent << "  <Topology TopologyType='3DCoRectMesh' Dimensions='"
        << in_words({cells[0] + 1, cells[1] + 1, cells[2] + 1}) << "'/>\n"
        << indent << "  <Geometry GeometryType='ORIGIN_DXDYDZ'>\n"
        << indent << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>" << origin_m(2) << " "
        << origin_m(1) << " " << origin_m(0) << "</DataItem>\n"
-       << indent << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>" << d.cell_size_m
-       << " " << d.cell_size_m << " " << d.cell_size_m << "</DataItem>\n"
+       << indent << "    <DataItem Dimensions='3' NumberType='Float' Precision='8' Format='XML'>" << cell_size_m << " "
+       << cell_size_m << " " << cell_size_m << "</DataItem>\n"
        << indent << "  </Geometry>\n";
   for (const FieldArray& array : field_arrays) {
     if (std::ranges::find(grid.datasets, array.name) == grid.datasets.end()) continue;
@@ -202,13 +202,13 @@ std::string group_of_step(std::int64_t step) {
   return name.str();
 }
 
-std::string xdmf_text(const XdmfDescription& description) {
+std::string xdmf_text(double cell_size_m, double step_s, const std::vector<XdmfGrid>& grids) {
   std::ostringstream text;
   text << std::setprecision(std::numeric_limits<double>::max_digits10);
   text << "<?xml version='1.0' encoding='utf-8'?>\n<Xdmf Version='2.0'>\n  <Domain>\n";
-  const bool has_times = !description.grids.empty() && step_of_group(description.grids.front().group) >= 0;
+  const bool has_times = !grids.empty() && step_of_group(grids.front().group) >= 0;
   if (has_times) text << "    <Grid Name='snapshots' GridType='Collection' CollectionType='Temporal'>\n";
-  for (const XdmfGrid& grid : description.grids) add_grid(text, description, grid, has_times ? "      " : "    ");
+  for (const XdmfGrid& grid : grids) add_grid(text, cell_size_m, step_s, grid, has_times ? "      " : "    ");
   if (has_times) text << "    </Grid>\n";
   text << "  </Domain>\n</Xdmf>\n";
   return text.str();

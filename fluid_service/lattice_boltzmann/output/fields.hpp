@@ -176,15 +176,9 @@ struct XdmfGrid {
   bool operator==(const XdmfGrid&) const = default;
 };
 
-/// What an XDMF file describes to ParaView: snapshots, or the mean.
-struct XdmfDescription {
-  double cell_size_m = 0.0;
-  double step_s = 0.0;
-  std::vector<XdmfGrid> grids;
-};
-
-/// XDMF 2 text: snapshots as a temporal collection, the mean as one grid without a time. Fields belong to cells.
-std::string xdmf_text(const XdmfDescription& description);
+/// XDMF 2 text for ParaView: snapshots as a temporal collection, or the mean as one grid without a time. Fields belong
+/// to the cells.
+std::string xdmf_text(double cell_size_m, double step_s, const std::vector<XdmfGrid>& grids);
 
 /// Step of a snapshot group, −1 for other groups.
 std::int64_t step_of_group(const std::string& group);

@@ -69,13 +69,10 @@ Surface surface_of_rings(const std::vector<Ring>& rings, int around) {
       surface.points.col(first + j) = turned(ring.point) + ring.center * Eigen::Vector3d::UnitZ();
     }
     if (i > 0) {
-      auto& strip = surface.strip;
-      if (!strip.empty()) {
-        strip.push_back(strip.back());
-        strip.push_back(upper);
-      }
+      std::vector<std::int32_t> band;
       for (int j = 0; j <= around; ++j)
-        strip.insert(strip.end(), {upper + j % points_of(rings[i - 1]), first + j % points_of(ring)});
+        band.insert(band.end(), {upper + j % points_of(rings[i - 1]), first + j % points_of(ring)});
+      surface.join(band);
     }
     upper = first;
     first += points_of(ring);

@@ -21,8 +21,6 @@ _CONTACT_STEPS = 50  # the shortest contact lasts that long
 _FALL_STEPS = 5
 _RESTITUTION = 0.5
 _STIFFNESS_OF_CONTACT_N_PER_M = 0.5 * MASS_KG * (np.pi / (_CONTACT_STEPS * STEP_S)) ** 2
-
-
 _GAP_M = _FALL_STEPS * STEP_S * SPEED_M_PER_S
 _FLOOR = {"point_m": ZERO, "normal": (0.0, 0.0, 1.0), "velocity_m_per_s": ZERO}
 

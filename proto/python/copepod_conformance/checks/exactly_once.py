@@ -1,5 +1,7 @@
 """A step is done once, whatever happens to the messages about it."""
 
+from functools import partial
+
 from copepod_conformance.protocol import SETUP, STEP, describe
 from copepod_conformance.subject import STEPS
 from copepod_conformance.verdicts import Check, Rule, Violation
@@ -99,29 +101,23 @@ def _early(trial):
 
 
 def checks(subject):
+    step, check = STEP[subject.role], partial(Check, "exactly once")
     repeated = [SETUP[subject.role], *(["KinematicsRequest"] if subject.role == "body" else []), "Save", "Summarise"]
-    group = "exactly once"
     left_out = [] if subject.role == "controller" else [(3, 1)]
     return [
-        Check(group, "two runs are the same", _SAME, _same_twice),
-        Check(group, "a step requested twice is done once", _REPEAT, _repeated, (STEP[subject.role],)),
-        Check(group, "a step requested four times is done once", _REPEAT, _repeated, (STEP[subject.role], 3)),
-        Check(
-            group,
-            "a step requested again while it is done is done once",
-            _REPEAT,
-            _repeated,
-            (STEP[subject.role], 1, True),
-        ),
-        *(Check(group, f"a repeated {name} is answered as before", _REPEAT, _repeated, (name,)) for name in repeated),
-        Check(group, "an older number is ignored", _IGNORE, _old_number),
-        Check(group, "another session is ignored", _IGNORE, _foreign, ("session_id",)),
-        Check(group, "another epoch is ignored", _IGNORE, _foreign, ("epoch",)),
-        Check(group, "a number that skips ahead is refused", _SKIP, _out_of_turn, (2, 2)),
-        Check(group, "a request without a number is refused", _SKIP, _no_number),
-        *(Check(group, "a step left out is refused", _SKIP, _out_of_turn, how) for how in left_out),
-        Check(group, "a step done before is refused", _SKIP, _out_of_turn, (1, 1)),
-        Check(group, "a damaged request counts as lost", _DAMAGED, _damaged),
-        Check(group, "a repeated Finish is answered", _FINISH, _repeated, ("Finish",)),
-        Check(group, "requests that come early are answered in order", _QUEUE, _early),
+        check("two runs are the same", _SAME, _same_twice),
+        check("a step requested twice is done once", _REPEAT, _repeated, (step,)),
+        check("a step requested four times is done once", _REPEAT, _repeated, (step, 3)),
+        check("a step requested again while it is done is done once", _REPEAT, _repeated, (step, 1, True)),
+        *(check(f"a repeated {name} is answered as before", _REPEAT, _repeated, (name,)) for name in repeated),
+        check("an older number is ignored", _IGNORE, _old_number),
+        check("another session is ignored", _IGNORE, _foreign, ("session_id",)),
+        check("another epoch is ignored", _IGNORE, _foreign, ("epoch",)),
+        check("a number that skips ahead is refused", _SKIP, _out_of_turn, (2, 2)),
+        check("a request without a number is refused", _SKIP, _no_number),
+        *(check("a step left out is refused", _SKIP, _out_of_turn, how) for how in left_out),
+        check("a step done before is refused", _SKIP, _out_of_turn, (1, 1)),
+        check("a damaged request counts as lost", _DAMAGED, _damaged),
+        check("a repeated Finish is answered", _FINISH, _repeated, ("Finish",)),
+        check("requests that come early are answered in order", _QUEUE, _early),
     ]

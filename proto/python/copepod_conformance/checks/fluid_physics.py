@@ -8,29 +8,28 @@ from copepod_conformance.verdicts import Check, NotApplicable, Violation, implie
 
 _REST = implied("a fluid at rest exerts no load on bodies at rest")
 _AGAINST = implied("in a fluid that was at rest the load on a moving body is against its motion")
-
 _SAMPLED = implied("Loads.flow has what FlowSampling asks for, in the steps in which it does")
 
 _ROUNDING = 1e-9  # of the Stokes drag on a body that moves as in the other checks
 _STEPS = 3
+_LOADS = {"force": ("force_N", DRAG_N), "torque": ("torque_N_m", DRAG_N_M)}  # field, Stokes drag
 
 
-def _loads(trial, step, velocity, spin):
-    """Forces and torques in units of the Stokes drag, shape (bodies, 3)."""
-    loads = trial.request(trial.case.motion_request(step, velocity, spin)).envelope.loads
-    return rows(loads, "force_N") / DRAG_N, rows(loads, "torque_N_m") / DRAG_N_M
+def _replies(trial, *motion):
+    """(step, Loads) of some steps; `motion`: of the bodies, as motion_request takes it behind the step."""
+    for step in range(_STEPS):
+        yield step, trial.request(trial.case.motion_request(step, *motion)).envelope.loads
 
 
 def _at_rest(trial):
-    if trial.subject.can("imposes:flow"):
-        raise NotApplicable("its fluid is not at rest: it announces imposes:flow")
+    _require_rest(trial)
     trial.configure()
-    rest = np.zeros((2, 3))
-    for step in range(_STEPS):
-        for name, loads in zip(("force", "torque"), _loads(trial, step, rest, rest)):
-            if not np.abs(loads).max() <= _ROUNDING:
+    for step, loads in _replies(trial, np.zeros((2, 3)), np.zeros((2, 3))):
+        for name, (field, drag) in _LOADS.items():
+            share = np.abs(rows(loads, field)).max() / drag
+            if not share <= _ROUNDING:
                 raise Violation(
-                    f"at step {step} a {name} of {np.abs(loads).max():.3g} times the Stokes drag at "
+                    f"at step {step} a {name} of {share:.3g} times the Stokes drag at "
                     f"{SPEED_M_PER_S:.3g} m/s on a body at rest"
                 )
 
@@ -39,10 +38,9 @@ def _against(trial, kind):
     """Body 0 moves or turns, body 1 rests."""
     _require_loads(trial, kind)
     trial.configure()
-    velocity, spin = _motion_of(kind, np.array([DIRECTION, np.zeros(3)]))
-    for step in range(_STEPS):
-        force, torque = _loads(trial, step, velocity, spin)
-        load = (force if kind == "force" else torque)[0]
+    field, drag = _LOADS[kind]
+    for step, loads in _replies(trial, *_motion_of(kind, np.array([DIRECTION, np.zeros(3)]))):
+        load = rows(loads, field)[0] / drag
         if not np.all(load * DIRECTION < 0):
             raise Violation(
                 f"at step {step} a {kind} of {_text(load)} times the Stokes drag on a body that "
@@ -72,10 +70,8 @@ def _of_shapes(trial, kind, shapes):
         place = {"position_m": places.pop(), "orientation_wxyz": (1, 0, 0, 0)}
         give_shape(content, content.obstacles.add(name="still", loads=True, **place).shape, "sphere")
     trial.request(request)
-    velocity, spin = _motion_of(kind, np.array([DIRECTION] * len(shapes)))
-    for step in range(_STEPS):
-        loads = trial.request(trial.case.motion_request(step, velocity, spin, places)).envelope.loads
-        found = rows(loads, "force_N" if kind == "force" else "torque_N_m", bodies=len(shapes) + has_obstacle)
+    for step, loads in _replies(trial, *_motion_of(kind, np.array([DIRECTION] * len(shapes))), places):
+        found = rows(loads, _LOADS[kind][0], bodies=len(shapes) + has_obstacle)
         for name, load in zip(shapes, found):
             if not load @ DIRECTION < 0:
                 raise Violation(f"at step {step} a {kind} of {_text(load)} on a {name} along its motion")
@@ -88,9 +84,8 @@ def _samples(trial):
     trial.reach("greeted")
     probe = {"name": "middle", "position_m": [0.5 * CELL_M * cells for cells in DOMAIN_CELLS]}
     trial.request(trial.case.setup_request(flow={"every_steps": 2, "totals": True, "probes": [probe]}))
-    velocity, spin = _motion_of("force", np.array([DIRECTION, np.zeros(3)]))
-    for step in range(_STEPS):
-        found = trial.request(trial.case.motion_request(step, velocity, spin)).envelope.loads.flow
+    for step, loads in _replies(trial, *_motion_of("force", np.array([DIRECTION, np.zeros(3)]))):
+        found = loads.flow
         if len(found) != (10 if step % 2 == 0 else 0):
             raise Violation(f"at step {step} {len(found)} values for totals and a probe in every second step")
     if not min(found[:3]) > 0:
@@ -102,6 +97,10 @@ def _require_loads(trial, kind):
         raise NotApplicable("it exerts no loads: its solver is vacuum, or it announces neglects:loads")
     if kind == "torque" and trial.subject.can("neglects:torques"):
         raise NotApplicable("it announces neglects:torques")
+    _require_rest(trial)
+
+
+def _require_rest(trial):
     if trial.subject.can("imposes:flow"):
         raise NotApplicable("its fluid is not at rest: it announces imposes:flow")
 

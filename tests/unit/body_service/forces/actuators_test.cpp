@@ -1,10 +1,9 @@
-#include "forces/actuators.hpp"
-
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
+#include "forces/forces.hpp"
 
 namespace copepod::body {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
-#include "forces/springs.hpp"
+#include "forces/forces.hpp"
 #include "rigid_body_solver.hpp"
 
 namespace copepod::body {

@@ -1,10 +1,9 @@
-#include "forces/springs.hpp"
-
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
+#include "forces/forces.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {

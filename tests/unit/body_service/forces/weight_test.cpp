@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "body_cases.hpp"
-#include "forces/force_element.hpp"
+#include "forces/forces.hpp"
 
 namespace copepod::body {
 namespace {

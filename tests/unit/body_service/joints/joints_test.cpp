@@ -32,7 +32,7 @@ double largest_error(const BodySetup& setup, const Kinematics& now) {
       return {now.position_m.col(body), rotation_matrix(now.orientation_wxyz.col(body))};
     };
     const JointEquations equations(joint, false, start(joint.body_A), start(joint.body_B));
-    std::array<JointRow, JointEquations::most_rows> rows;
+    std::array<JointRow, 6> rows;
     equations.evaluate(end(joint.body_A), end(joint.body_B), {}, rows.data());
     for (int row = 0; row < equations.rows(); ++row) largest = std::max(largest, std::abs(rows[row].error));
   }

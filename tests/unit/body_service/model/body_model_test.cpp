@@ -59,6 +59,71 @@ TEST(BodyModel, NamesWhatIsWrongWithAShapeOrItsInertia) {
   EXPECT_NO_THROW(BodyModel(setup_of({disc}, 1e-9)));
 }
 
+const Eigen::Vector3d tilted = Eigen::Vector3d(1, 2, 2) / 3.0;
+
+BodyModel model_of(MotionKind motion, const Eigen::Vector3d& velocity = {0, 0, 0}) {
+  BodySpecification body = bead("a", {0, 0, 0});
+  body.motion = motion;
+  body.axis = tilted;
+  body.velocity_m_per_s = velocity;
+  return BodyModel(setup_of({body}, 1e-9));
+}
+
+TEST(BodyModel, LeavesOnlyTheLoadsAlongTheAxis) {
+  Eigen::Vector3d force(9, 0, 0);
+  Eigen::Vector3d torque(0, 9, -9);
+  model_of(MotionKind::axis).constrain_loads(0, force, torque);
+  EXPECT_TRUE(force.isApprox(3.0 * tilted, 1e-15));
+  EXPECT_LT(torque.norm(), 1e-15);
+}
+
+TEST(BodyModel, BalancesAllLoadsOnFixedAndPrescribedBodies) {
+  for (const MotionKind motion : {MotionKind::fixed, MotionKind::prescribed}) {
+    Eigen::Vector3d force(1, 2, 3);
+    Eigen::Vector3d torque(4, 5, 6);
+    model_of(motion).constrain_loads(0, force, torque);
+    EXPECT_TRUE(force.isZero(0.0));
+    EXPECT_TRUE(torque.isZero(0.0));
+  }
+}
+
+TEST(BodyModel, LeavesTheLoadsOnFreeBodiesAlone) {
+  Eigen::Vector3d force(1, 2, 3);
+  Eigen::Vector3d torque(4, 5, 6);
+  model_of(MotionKind::free).constrain_loads(0, force, torque);
+  EXPECT_EQ(force, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(torque, Eigen::Vector3d(4, 5, 6));
+}
+
+TEST(BodyModel, RefusesAVelocityOffTheAxis) {
+  const BodyModel along = model_of(MotionKind::axis, 5.0 * tilted);
+  EXPECT_TRUE(along.initial_state().velocity_m_per_s.col(0).isApprox(5.0 * tilted));
+  EXPECT_TRUE(contains(reason_of<CaseError>([] {
+                         model_of(MotionKind::axis, {1, 0, 0});
+                       }),
+                       "body 'a': velocity_m_per_s points off its axis"));
+  const auto turning = [](auto& body) {
+    body.motion = MotionKind::axis;
+    body.angular_velocity_rad_per_s = {0, 1, 0};
+  };
+  EXPECT_TRUE(contains(refusal(turning), "angular_velocity_rad_per_s points off its axis"));
+}
+
+TEST(BodyModel, RefusesAnAxisOrAMotionThatIsNone) {
+  const auto stretched = [](auto& body) {
+    body.motion = MotionKind::axis;
+    body.axis = {0, 0, 2};
+  };
+  EXPECT_TRUE(contains(refusal(stretched), "axis has length 2"));
+  EXPECT_TRUE(
+      contains(refusal([](auto& body) { body.motion = static_cast<MotionKind>(9); }), "unknown kind of motion"));
+}
+
+TEST(BodyModel, RefusesAFixedBodyThatMoves) {
+  EXPECT_TRUE(contains(reason_of<CaseError>([] { model_of(MotionKind::fixed, {1, 0, 0}); }), "fixed never moves"));
+  EXPECT_TRUE(model_of(MotionKind::fixed).initial_state().velocity_m_per_s.isZero(0.0));
+}
+
 TEST(BodyModel, GivesBackTheAngularVelocityItWasGiven) {
   BodySpecification body = capsule("a", {0, 0, 0});
   body.orientation_wxyz = Eigen::Vector4d(0.3, -0.5, 0.7, 0.4).normalized();

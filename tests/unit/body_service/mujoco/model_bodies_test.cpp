@@ -1,5 +1,3 @@
-#include "mujoco/model_bodies.hpp"
-
 #include <cmath>
 #include <filesystem>
 #include <mujoco/mujoco.h>
@@ -12,6 +10,7 @@
 #include "body_cases.hpp"
 #include "contract/errors.hpp"
 #include "engine/engine_under_test.hpp"
+#include "mujoco/mujoco_world.hpp"
 
 namespace copepod::body {
 namespace {

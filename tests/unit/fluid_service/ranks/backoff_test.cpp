@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "ranks/communicator.hpp"
+#include "ranks/mpi_communicator.hpp"
 
 namespace copepod::fluid {
 namespace {

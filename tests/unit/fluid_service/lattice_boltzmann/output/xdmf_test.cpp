@@ -18,7 +18,7 @@ XdmfGrid grid(const std::string& group) {
 }
 
 TEST(Xdmf, PutsSnapshotsIntoACollectionWithTheirTimes) {
-  const std::string text = xdmf_text({1e-6, 0.5, {grid("step_000000002"), grid("step_000000004")}});
+  const std::string text = xdmf_text(1e-6, 0.5, {grid("step_000000002"), grid("step_000000004")});
   const std::size_t collection = text.find("<Grid Name='snapshots'");
   const std::size_t first = text.find("<Time Value='1'/>");
   const std::size_t second = text.find("<Time Value='2'/>");
@@ -32,7 +32,7 @@ TEST(Xdmf, PutsSnapshotsIntoACollectionWithTheirTimes) {
 }
 
 TEST(Xdmf, DescribesTheMeanAsOneGridWithoutATime) {
-  const std::string text = xdmf_text({1e-6, 0.5, {grid("mean")}});
+  const std::string text = xdmf_text(1e-6, 0.5, {grid("mean")});
   EXPECT_NE(text.find("<Grid Name='mean'"), std::string::npos);
   EXPECT_EQ(text.find("Collection"), std::string::npos);
   EXPECT_EQ(text.find("<Time"), std::string::npos);
@@ -40,7 +40,7 @@ TEST(Xdmf, DescribesTheMeanAsOneGridWithoutATime) {
 
 TEST(Xdmf, PlacesARegionInTheDomain) {
   const XdmfGrid slice{"mean", "fields/mean.h5", {{1, 2, 3}, {4, 3, 8}}, {"pressure_Pa"}};
-  const std::string text = xdmf_text({0.5, 1.0, {slice}});
+  const std::string text = xdmf_text(0.5, 1.0, {slice});
   EXPECT_NE(text.find(">1.5 1 0.5<"), std::string::npos) << "origin, z first";
   EXPECT_NE(text.find("Dimensions='5 1 3'"), std::string::npos) << "cells, z first";
 }

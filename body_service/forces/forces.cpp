@@ -1,14 +1,17 @@
-#include "forces/springs.hpp"
+#include "forces/forces.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <set>
+#include <string>
 
 #include <Eigen/Geometry>
 
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
+#include "geometry/actuator_loads.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::body {
@@ -17,37 +20,31 @@ namespace {
 
 void check(const SpringSpecification& spring, std::size_t index, int bodies) {
   const std::string name = "spring " + std::to_string(index);
-  if (std::min(spring.body_A, spring.body_B) < 0 || std::max(spring.body_A, spring.body_B) >= bodies) {
+  if (std::min(spring.body_A, spring.body_B) < 0 || std::max(spring.body_A, spring.body_B) >= bodies)
     throw CaseError(name + " connects bodies " + std::to_string(spring.body_A) + " and " +
                     std::to_string(spring.body_B) + " (there are " + std::to_string(bodies) +
                     " bodies, counted from 0). Correct the indices.");
-  }
-  if (spring.body_A == spring.body_B) {
+  if (spring.body_A == spring.body_B)
     throw CaseError(name + " connects body " + std::to_string(spring.body_A) +
                     " to itself (such a spring does no work). Connect two bodies.");
-  }
-  if (!(spring.stiffness_N_per_m >= 0.0) || !(spring.damping_N_s_per_m >= 0.0) || !(spring.rest_length_m >= 0.0)) {
+  if (!(spring.stiffness_N_per_m >= 0.0) || !(spring.damping_N_s_per_m >= 0.0) || !(spring.rest_length_m >= 0.0))
     throw CaseError(name +
                     " has a negative stiffness, damping or rest length (a spring must not create energy, and a length "
                     "is not negative). Use 0 or more.");
-  }
 }
 
 void check(const BendSpecification& bend, std::size_t index, int bodies) {
   const std::string name = "bend " + std::to_string(index);
   const std::set three{bend.body_A, bend.body_B, bend.body_C};
-  if (three.size() < 3 || *three.begin() < 0 || *three.rbegin() >= bodies) {
+  if (three.size() < 3 || *three.begin() < 0 || *three.rbegin() >= bodies)
     throw CaseError(name + " joins bodies " + std::to_string(bend.body_A) + ", " + std::to_string(bend.body_B) +
                     " and " + std::to_string(bend.body_C) + " (it needs three of the " + std::to_string(bodies) +
                     " bodies, counted from 0). Correct the indices.");
-  }
-  if (!(bend.stiffness_N_m_per_rad >= 0.0)) {
+  if (!(bend.stiffness_N_m_per_rad >= 0.0))
     throw CaseError(name + " has a negative stiffness (it must not create energy). Use 0 or more.");
-  }
-  if (!(bend.rest_angle_rad >= 0.0 && bend.rest_angle_rad <= std::numbers::pi)) {
+  if (!(bend.rest_angle_rad >= 0.0 && bend.rest_angle_rad <= std::numbers::pi))
     throw CaseError(name + " has a rest angle of " + rounded_text(bend.rest_angle_rad) +
                     " rad (the angle between two arms is between 0 and pi). Use such an angle.");
-  }
 }
 
 }  // namespace
@@ -153,6 +150,43 @@ void Bends::fail(const BendSpecification& bend) const {
                     names_[bend.body_C] +
                     "' are parallel or of no length (its forces have no direction). Start at another angle, or use a "
                     "rest angle of pi for straight arms.");
+}
+
+Actuators::Actuators(const BodySetup& setup) : actuators_(setup.actuators) {
+  const auto exists = [&](int body) { return body >= 0 && body < static_cast<int>(setup.bodies.size()); };
+  for (std::size_t i = 0; i < setup.actuators.size(); ++i) {
+    const ActuatorSpecification& actuator = setup.actuators[i];
+    const std::string name = "actuator " + std::to_string(i);
+    const bool pair = actuator.kind == ActuatorKind::pair_force;
+    if (!exists(actuator.body_A) || (pair && (!exists(actuator.body_B) || actuator.body_A == actuator.body_B)))
+      throw CaseError(name + " is on bodies " + std::to_string(actuator.body_A) + " and " +
+                      std::to_string(actuator.body_B) + " (there are " + std::to_string(setup.bodies.size()) +
+                      " bodies, counted from 0, and a pair needs two). Correct the indices.");
+    if (!pair && !(std::abs(actuator.direction.norm() - 1.0) < 1e-6))
+      throw CaseError(name + " has a direction of length " + rounded_text(actuator.direction.norm()) +
+                      " (it must be a unit vector). Divide it by its norm.");
+  }
+}
+
+void Actuators::add_loads(const Stage& stage, BlockVectors& force_N, BlockVectors& torque_N_m) const {
+  const BodyBlock& block = stage.block;
+  const auto [e_x, e_y, e_z] = components(stage.lines.direction);
+  const auto force = components(force_N);
+  for (std::size_t i = 0; i < block.actuators.size(); ++i) {
+    const int index = block.actuators[i];
+    const int line = block.actuator_lines[i];
+    const double value = stage.actuation[index];
+    if (value == 0.0) continue;
+    if (line < 0) {
+      add_actuator_loads(actuators_[index], value, block.first, stage.state.position_m, stage.state.orientation_wxyz,
+                         force_N, torque_N_m);
+      continue;
+    }
+    const std::array<int, 2>& ends = block.lines[line];
+    if (stage.lines.length_m[line] == 0.0)
+      throw coinciding_ends(static_cast<int>(block.first) + ends[0], static_cast<int>(block.first) + ends[1]);
+    pull_together(ends, -value, std::array{e_x[line], e_y[line], e_z[line]}, force);
+  }
 }
 
 }  // namespace copepod::body
