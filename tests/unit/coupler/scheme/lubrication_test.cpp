@@ -464,15 +464,20 @@ TEST(Lubrication, OfAnEllipsoidThatSlidesAndTurnsIsThatOfItsCurvatures) {
     return both;
   };
   const Eigen::Vector3d none(0, 0, 0);
+  using Vector6 = Eigen::Vector<double, 6>;
+  const auto per_decade = [&](const Eigen::Vector3d& v, const Eigen::Vector3d& w) {
+    return Vector6((loads_at(gap_m, v, w) - loads_at(10 * gap_m, v, w)) / viscous);
+  };
   for (const int i : {0, 1}) {
-    const Eigen::Vector3d along = Eigen::Vector3d::Unit(i);
-    const double force_N = loads_at(gap_m, along, none)[i] - loads_at(10 * gap_m, along, none)[i];
-    EXPECT_NEAR(force_N / (viscous * (1.0 + pressure[i])), -1.0, 0.001) << i;
-    // About the point on the wall, where v = 0: F_ω.
-    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ().cross(along);
-    const Eigen::Vector3d v = a[2] * axis.cross(Eigen::Vector3d::UnitZ());
-    const auto change = loads_at(gap_m, v, axis) - loads_at(10 * gap_m, v, axis);
-    EXPECT_NEAR(change[i] / (viscous * 6.0 / (3.0 * k[i] + 2.0 * k[1 - i])), -1.0, 0.01) << i;
+    const Eigen::Vector3d along = Eigen::Vector3d::Unit(i), axis = Eigen::Vector3d::UnitZ().cross(along);
+    const double coupling = 6.0 / (3.0 * k[i] + 2.0 * k[1 - i]);
+    const Vector6 sliding = per_decade(along, none);
+    EXPECT_NEAR(sliding[i], -1.0 - pressure[i], 0.002) << i;
+    EXPECT_NEAR(sliding.tail<3>().dot(axis), -a[2] * sliding[i] - coupling, 0.01 * coupling) << i;
+    // About the point on the wall, where v = 0.
+    const Vector6 turning = per_decade(a[2] * axis.cross(Eigen::Vector3d::UnitZ()), axis);
+    EXPECT_NEAR(turning[i], -coupling, 0.01 * coupling) << i;
+    EXPECT_NEAR(turning.tail<3>().dot(axis), a[2] * coupling - 2.0 * coupling / k[i], 0.02 * a[2] * coupling) << i;
   }
   const auto squeezing = [&](double gap) { return loads_at(gap, {0, 0, -1}, none)[2]; };
   const double R = 2.0 / k.sum();

@@ -43,9 +43,9 @@ TEST(Separation, IsTheLeastDistanceOfEllipsoidsApart) {
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   for (int trial = 0; trial < 300; ++trial) {
-    const auto semi_axes = [&] { return Eigen::Vector3d(3.0 + 2.5 * any(generator), 1.0, 3.0 + 2.0 * any(generator)); };
+    const auto semi_axes = [&] { return Eigen::Vector3d(5.0 + 4.5 * any(generator), 0.2, 5.0 + 4.0 * any(generator)); };
     const Eigen::Vector3d way = Eigen::Vector3d(any(generator), any(generator), any(generator)).normalized();
-    const SmoothSurface first = turned_ellipsoid(12.0 * way, semi_axes(), 3.0 * any(generator));
+    const SmoothSurface first = turned_ellipsoid(19.0 * way, semi_axes(), 3.0 * any(generator));
     SmoothSurface second = turned_ellipsoid({0, 0, 0}, semi_axes(), 3.0 * any(generator));
     if (trial % 3 == 0) second = {{0, 0, 0}, 1.5};
     if (trial % 3 == 1) second = {};  // a point
