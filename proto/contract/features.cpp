@@ -107,6 +107,7 @@ const std::vector<Feature>& known_features() {
       {"initial_flow:shear", physics, "the fluid starts in linear shear between two walls"},
       {"initial_flow:taylor_green", physics, "the fluid starts as a Taylor-Green vortex"},
       {"initial_flow:taylor_green_3d", physics, "the fluid starts as a Taylor-Green vortex in three dimensions"},
+      {"initial_flow:file", physics, "the fluid starts with the flow that a file holds"},
       {"shape:sphere", physics, "bodies that are spheres"},
       {"shape:capsule", physics, "bodies that are capsules"},
       {"shape:ellipsoid", physics, "bodies that are ellipsoids"},

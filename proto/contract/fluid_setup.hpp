@@ -62,6 +62,7 @@ enum class InitialFlowKind {
   shear,            ///< linear between the only two walls of which one moves
   taylor_green,     ///< one vortex pair per axis: U (cos kx sin ly, −(k/l) sin kx cos ly, 0), k = 2π/Lx, l = 2π/Ly
   taylor_green_3d,  ///< U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0), k = 2π/L, in a cube
+  file,             ///< cell by cell, as field output writes it
 };
 
 /// The fluid's velocity before step 0, with the pressure that belongs to it.
@@ -69,6 +70,8 @@ struct InitialFlow {
   InitialFlowKind kind = InitialFlowKind::rest;                ///< its form
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< for InitialFlowKind::uniform
   double speed_m_per_s = 0.0;  ///< U, for InitialFlowKind::taylor_green, taylor_green_3d
+  std::string file;            ///< absolute path, for InitialFlowKind::file: HDF5, read by every rank
+  std::string group;           ///< of the file: step_000001000, mean, … or newest: of its last step
 };
 
 /// What can be written of each cell.

@@ -57,7 +57,7 @@ void describe(auto& wire, Is<Boundary> auto& boundary) {
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {
-  COPEPOD_MEMBERS(wire, flow, kind, velocity_m_per_s, speed_m_per_s);
+  COPEPOD_MEMBERS(wire, flow, kind, velocity_m_per_s, speed_m_per_s, file, group);
 }
 
 void describe(auto& wire, Is<FieldOutput> auto& fields) {

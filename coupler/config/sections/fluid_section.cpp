@@ -1,8 +1,10 @@
+#include <filesystem>
 #include <numbers>
 
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "config/yaml/csv_rows.hpp"
 
 namespace copepod::coupler {
 namespace {
@@ -102,12 +104,23 @@ void declare(Keys& keys, InitialFlow& flow) {
               "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: "
               "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic; "
               "taylor_green_3d: U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0) in a cube, "
-              "one wavelength along x, y and z, which are periodic or free_slip.");
+              "one wavelength along x, y and z, which are periodic or free_slip; file: cell by cell.");
   if (keys.when(flow.kind == InitialFlowKind::uniform))
     keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
-  if (keys.when(flow.kind >= InitialFlowKind::taylor_green))
+  const bool is_file = flow.kind == InitialFlowKind::file;
+  if (keys.when(flow.kind >= InitialFlowKind::taylor_green && !is_file))
     keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive,
                 "For kind: taylor_green or taylor_green_3d, U.");
+  if (!keys.when(is_file)) return;
+  keys.text(keys.needed("file"), flow.file,
+            "For kind: file: HDF5 file as output.fields writes it, relative to the case file, with a value for every "
+            "cell of domain_cells; where symmetry_planes halve an axis, its lower half counts. velocity_m_per_s, and "
+            "pressure_Pa or density_kg_per_m3 if there. The fluid reads it where it runs, and a resumed run no more.");
+  if (keys.has("file") && !keys.has_errors("file"))
+    flow.file = std::filesystem::absolute(file_beside_case(keys, "file")).lexically_normal();
+  if (flow.group.empty()) flow.group = "newest";
+  keys.text({"group", Need::in_some_cases}, flow.group,
+            "For kind: file: a group of the file, step_000001000 or mean. Default: newest, the one of its last step.");
 }
 
 void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {

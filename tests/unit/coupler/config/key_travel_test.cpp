@@ -69,6 +69,8 @@ const Travels fluid_travels{
     {"initial_flow.speed_m_per_s",
      {"fluid.boundaries.x=periodic", "fluid.boundaries.y=periodic", "fluid.symmetry_planes=[]",
       "fluid.initial_flow={kind: taylor_green, speed_m_per_s: 0.2}"}},
+    {"initial_flow.file", {"fluid.initial_flow={kind: file, file: fields.h5}"}},
+    {"initial_flow.group", {"fluid.initial_flow={kind: file, file: fields.h5, group: mean}"}},
     {"collision", {"fluid.collision=bgk"}},
     {"moving_boundary", {"fluid.moving_boundary=interpolated"}},
     {"refill", {"fluid.refill=nonequilibrium"}},

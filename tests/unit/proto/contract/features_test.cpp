@@ -81,6 +81,8 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
      {[](FluidSetup& s) { s.initial_flow.kind = InitialFlowKind::uniform; }, "initial_flow:uniform"}},
     {"initial_flow.speed_m_per_s",
      {[](FluidSetup& s) { s.initial_flow.kind = InitialFlowKind::taylor_green; }, "initial_flow:taylor_green"}},
+    {"initial_flow.file", {[](FluidSetup& s) { s.initial_flow.kind = InitialFlowKind::file; }, "initial_flow:file"}},
+    {"initial_flow.group", {[](FluidSetup& s) { s.initial_flow.kind = InitialFlowKind::file; }, "initial_flow:file"}},
     {"collision", {[](FluidSetup& s) { s.collision = CollisionKind::central_moments; }, "collision:central_moments"}},
     {"moving_boundary", {[](FluidSetup&) {}, "moving_boundary:bounce_back"}},
     {"refill", {[](FluidSetup&) {}, "refill:equilibrium"}},

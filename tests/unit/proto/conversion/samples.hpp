@@ -72,7 +72,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.no_slip_plane = 5;
   setup.symmetry_planes = {true, false, true};
   setup.body_force_N_per_m3 = {0.1, 0.2, 0.3};
-  setup.initial_flow = {InitialFlowKind::shear, {1e-3, -2e-3, 1.0 / 7}, 1.0 / 9};
+  setup.initial_flow = {InitialFlowKind::shear, {1e-3, -2e-3, 1.0 / 7}, 1.0 / 9, "/flow/fields.h5", "mean"};
   setup.collision = CollisionKind::central_moments;
   setup.precision = Precision::single_precision;
   setup.film_thickness_m = 1.0 / 13;
