@@ -227,8 +227,7 @@ ordered_json make_plan(const LoadedCase& loaded, Beginning beginning) {
                       {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
   FluidSetup fluid = make_fluid_setup(the_case, loaded.assembly, "");
   if (beginning != Beginning::fresh) fluid.initial_flow = {};  // that of a checkpoint replaces it
-  plan["setups"] = {{"fluid", in_hex(fluid)},
-                    {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
+  plan["setups"] = {{"fluid", in_hex(fluid)}, {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},
                       {"memory_of", {{"coupler_bytes", coupler_bytes(the_case)}}},
                       {"bodies", loaded.assembly.bodies.size()},

@@ -58,8 +58,7 @@ using MakeComponents =
 int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
                 const MakeComponents& make_components);
 
-/// The description of a case for the deploy command: how to start it, what it requires, what it will cost where the run
-/// begins.
+/// The description of a case for the deploy command: how to start it, what it requires and costs from there on.
 nlohmann::ordered_json make_plan(const LoadedCase& loaded, Beginning beginning);
 
 /// The same for a campaign: its name, how many cases at once (null: not given), and name, file and settings

@@ -146,8 +146,8 @@ Hdf5File::~Hdf5File() {
 
 void Hdf5File::require(bool succeeded, const std::string& action) const {
   if (succeeded) return;
-  const std::string remedy =
-      access_ == Access::read ? "Use another checkpoint or file." : "Make room on the disk, check permissions, and resume.";
+  const std::string remedy = access_ == Access::read ? "Use another checkpoint or file."
+                                                     : "Make room on the disk, check permissions, and resume.";
   throw StorageError(path_ + ": cannot " + action + " (" + hdf5_reason() + "). " + remedy);
 }
 

@@ -53,7 +53,7 @@ void describe(auto& wire, Is<Signal> auto& signal) {
 }
 
 void describe(auto& wire, Is<Boundary> auto& boundary) {
-  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal);
+  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal, profile);
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {

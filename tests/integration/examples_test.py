@@ -145,7 +145,10 @@ class FlowFromFile(WholeRunTest):
         np.testing.assert_allclose(self.velocity(undisturbed, 0), np.moveaxis(drawn, 0, -1), atol=1e-12)
         change = np.abs(self.velocity(undisturbed, 300) - self.velocity(undisturbed, 100)).max()
         again = self.decay(
-            fields, f"fluid.initial_flow.file={undisturbed}/fields.h5", "fluid.initial_flow.group=step_000000100", steps=200
+            fields,
+            f"fluid.initial_flow.file={undisturbed}/fields.h5",
+            "fluid.initial_flow.group=step_000000100",
+            steps=200,
         )
         difference = np.abs(self.velocity(again, 200) - self.velocity(undisturbed, 300)).max()
         self.assertLess(difference, 0.01 * change)
@@ -202,6 +205,35 @@ class FlowFromFile(WholeRunTest):
                 self.assert_refused(sentence)
         file.write_bytes(whole)
         self.assert_refused("has no group mean", "--set", "fluid.initial_flow.group=mean")
+
+    def write_inflow(self, **more):
+        """A case with an inflow of 16 × 12 cells."""
+        inflow = {"velocity_m_per_s": [0.002, 0, 0], **more}
+        boundaries = {"x": {"low": inflow, "high": "outflow"}, "y": "no_slip", "z": "periodic"}
+        self.write_case(boundaries=boundaries, initial_flow={"kind": "rest"})
+
+    def test_profile_of_an_inflow_from_a_file(self):
+        table = self.folder / "inflow.csv"
+        self.write_inflow()
+        uniform = self.digest(self.decay(steps=30))
+        self.write_inflow(profile="parabolic")
+        parabola = self.velocity(self.decay("output.fields={every_steps: 30}", steps=30), 30)
+        self.write_inflow(profile={"file": "inflow.csv"})
+        np.savetxt(table, np.ones(16 * 12), header="factor", comments="")
+        self.assertEqual(self.digest(self.decay(steps=30)), uniform)
+        s = (np.arange(16) + 0.5) / 16
+        np.savetxt(table, np.repeat(4 * s * (1 - s), 12))
+        run = self.decay("output.fields={every_steps: 30}", "services.fluid.ranks=3", steps=30)
+        np.testing.assert_allclose(self.velocity(run, 30), parabola, atol=0.01 * 0.002)
+        table.unlink()
+        self.assertEqual(self.digest(self.run_of(run / "case.yaml", "services.fluid.ranks=1")), self.digest(run))
+        self.assert_refused("inflow.csv cannot be read")
+        table.write_text("1\n" * 191)
+        self.assert_refused("profile has 191 factors, the face 192 cells")
+        table.write_text("1\n" * 191 + "nan\n")
+        self.assert_refused("'nan' is not a finite number")
+        table.write_text("1\n" * 191 + "300\n")
+        self.assert_refused("the speed of the wall is 6 cells per step")
 
     def assert_refused(self, sentence, *arguments):
         checked = self.finish("check", "decay.yaml", *arguments, code=2)

@@ -11,15 +11,38 @@ namespace {
 
 using nlohmann::ordered_json;
 
+/// A table of one column, or what resolved cases have of it: a run does not depend on the file.
+void declare_profile(Keys& keys, std::vector<double>& factors) {
+  keys.describe("file", {{"type", "string"}},
+                "CSV file with a column factor, relative to the case file: one row for each cell of the face, of which "
+                "the later axis is the fastest (x: y0 z0, y0 z1, …). With symmetry_planes for the whole face, of which "
+                "the lower half counts. The run keeps its content.");
+  const auto rows = keys.has("file") ? read_csv_rows(keys, "file", {"factor"}, {}, CsvHeader::optional) : std::nullopt;
+  if (rows)
+    for (const std::vector<double>& row : rows->values) factors.push_back(row[0]);
+  if (keys.has("file")) return;
+  keys.reject_if(keys.reads() && keys.size("factors") == 0, "file",
+                 "and factors are missing (one holds the profile). Write file: NAME.csv.");
+  factors.resize(keys.reads() ? keys.size("factors") : factors.size());
+  keys.numbers({"factors", Need::in_some_cases}, Eigen::Map<Eigen::VectorXd>(factors.data(), std::ssize(factors)),
+               "The factors themselves, as resolved cases have them.");
+}
+
 /// {velocity_m_per_s: […], profile: …, signal: …}, or {pressure_Pa: …}, or {outflow: {}}.
 void declare_condition(Keys& keys, Boundary& boundary, double step_s) {
   if (keys.when(boundary.kind == BoundaryKind::velocity)) {
     keys.numbers(
         keys.needed("velocity_m_per_s"), boundary.velocity_m_per_s,
         "Velocity of the wall; with a component through the face, of the fluid that comes in or goes out there.");
-    keys.choice("profile", boundary.parabolic, profile_names,
-                "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to "
-                "1 between them; beside one wall and a free_slip face, half of that parabola.");
+    const Value* profile = keys.raw("profile");
+    const bool is_table =
+        keys.reads() ? profile != nullptr && profile->kind == Value::Kind::mapping : !boundary.profile.empty();
+    if (!is_table)
+      keys.choice("profile", boundary.parabolic, profile_names,
+                  "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 "
+                  "to 1 between them; beside one wall and a free_slip face, half of that parabola; {file: NAME.csv}: "
+                  "times a factor of each cell.");
+    if (keys.when(is_table)) keys.either("profile", [&](Keys& table) { declare_profile(table, boundary.profile); });
     keys.section<Signal>("signal", boundary.signal, "Factor of the velocity that varies in time. Default: 1.",
                          [&](Keys& below, Signal& signal) { declare(below, signal, step_s, {factor_of_velocities}); });
   }

@@ -79,10 +79,11 @@ std::vector<double> read_array(Hdf5File& file, const std::string& name, bool is_
                                const Box& box) {
   const Extent found = file.shape(name), needed = shape_of({{0, 0, 0}, setup.domain_cells}, is_vector);
   if (found != needed)
-    throw CaseError(fmt::format("{} has {} values in {}, not {} (one for every cell along z, y, x{}). Use a file of as "
-                                "many cells, or change domain_cells.",
-                                setup.initial_flow.file, fmt::join(found, " × "), name, fmt::join(needed, " × "),
-                                is_vector ? ", with three components" : ""));
+    throw CaseError(
+        fmt::format("{} has {} values in {}, not {} (one for every cell along z, y, x{}). Use a file of as many cells, "
+                    "or change domain_cells.",
+                    setup.initial_flow.file, fmt::join(found, " × "), name, fmt::join(needed, " × "),
+                    is_vector ? ", with three components" : ""));
   std::vector<double> values(static_cast<std::size_t>(box.volume()) * (is_vector ? 3 : 1));
   const Extent start = in_file_order(box.low);
   file.read(name, is_vector ? with(start, 0) : start, shape_of(box, is_vector), values.data());
@@ -98,36 +99,13 @@ std::vector<double> read_excess_density(Hdf5File& file, const std::string& group
     values = read_array(file, pressure, false, setup, box);
     for (double& value : values) value = LatticeUnits(setup).excess_density_lu(value);
   } else if (file.has(density)) {
-    const double speed = file.read_attribute<double>(group, "cell_size_m") / file.read_attribute<double>(group, "step_s");
+    const double speed =
+        file.read_attribute<double>(group, "cell_size_m") / file.read_attribute<double>(group, "step_s");
     const double ratio = speed / (setup.cell_size_m / setup.step_s);  // p = c_s² (ρ − ρ₀) is the same in both units
     values = read_array(file, density, false, setup, box);
     for (double& value : values) value = ratio * ratio * (value / setup.density_kg_per_m3 - 1.0);
   }
   return values;
-}
-
-FieldBlock read_block(const FluidSetup& setup, const Box& box, SolverContext& context) {
-  Hdf5File file(setup.initial_flow.file, Hdf5File::Access::read, context);
-  const std::string group = group_in(file, setup.initial_flow);
-  const LatticeUnits units(setup);
-  const std::vector<double> velocity = read_array(file, group + "/velocity_m_per_s", true, setup, box);
-  const std::vector<double> excess_density = read_excess_density(file, group, setup, box);
-  FieldBlock block{.box = box, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
-  for_each_cell(box, [&](const Cell& cell) {
-    const std::int64_t row = (cell[2] - box.low[2]) * box.extent(1) + cell[1] - box.low[1];
-    const auto i = static_cast<std::size_t>(row * box.extent(0) + cell[0] - box.low[0]);
-    const Eigen::Vector3d u_m_per_s(velocity[3 * i], velocity[3 * i + 1], velocity[3 * i + 2]);
-    const double speed_lu = units.velocity_lu(u_m_per_s).norm();
-    if (!(speed_lu < largest_speed_lu) || !(std::abs(excess_density[i]) < 0.5))
-      throw CaseError(fmt::format("{} has a flow in cell ({}) that cannot be computed (speed {:.3g} cells per step, at "
-                                  "most {}; density {:.3g} times the fluid's, 0.5 to 1.5). Correct the file, or use a "
-                                  "smaller step.",
-                                  setup.initial_flow.file, fmt::join(cell, ", "), speed_lu, largest_speed_lu,
-                                  1.0 + excess_density[i]));
-    block.density_kg_per_m3.push_back(units.density_kg_per_m3(1.0 + excess_density[i]));
-    for (const double component : u_m_per_s) block.velocity_m_per_s.push_back(component);
-  });
-  return block;
 }
 
 /// @param found  samples in the checkpoint
@@ -359,12 +337,29 @@ void FieldSchedule::after_step(std::int64_t step, const std::function<FieldBlock
   if (step == output_.mean_stop && mean_.samples() > 0) writer_->write_mean(mean_.samples(), mean_.mean());
 }
 
-FieldBlock read_flow(const FluidSetup& setup, const Box& box, SolverContext& context) {
-  try {
-    return read_block(setup, box, context);
-  } catch (const Error& error) {
-    throw CaseError(std::string("fluid.initial_flow: ") + error.what());
-  }
+FieldBlock read_flow(const FluidSetup& setup, const Box& box, SolverContext& context) try {
+  Hdf5File file(setup.initial_flow.file, Hdf5File::Access::read, context);
+  const std::string group = group_in(file, setup.initial_flow);
+  const LatticeUnits units(setup);
+  const std::vector<double> velocity = read_array(file, group + "/velocity_m_per_s", true, setup, box);
+  const std::vector<double> excess_density = read_excess_density(file, group, setup, box);
+  FieldBlock block{.box = box, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
+  for_each_cell(box, [&](const Cell& cell) {
+    const std::int64_t row = (cell[2] - box.low[2]) * box.extent(1) + cell[1] - box.low[1];
+    const auto i = static_cast<std::size_t>(row * box.extent(0) + cell[0] - box.low[0]);
+    const Eigen::Vector3d u_m_per_s(velocity[3 * i], velocity[3 * i + 1], velocity[3 * i + 2]);
+    const double speed_lu = units.velocity_lu(u_m_per_s).norm();
+    if (!(speed_lu < largest_speed_lu) || !(std::abs(excess_density[i]) < 0.5))
+      throw CaseError(fmt::format(
+          "{} has a flow in cell ({}) that cannot be computed (speed {:.3g} cells per step, at most {}; density {:.3g} "
+          "times the fluid's, 0.5 to 1.5). Correct the file, or use a smaller step.",
+          setup.initial_flow.file, fmt::join(cell, ", "), speed_lu, largest_speed_lu, 1.0 + excess_density[i]));
+    block.density_kg_per_m3.push_back(units.density_kg_per_m3(1.0 + excess_density[i]));
+    for (const double component : u_m_per_s) block.velocity_m_per_s.push_back(component);
+  });
+  return block;
+} catch (const Error& error) {
+  throw CaseError(std::string("fluid.initial_flow: ") + error.what());
 }
 
 void check_flow_file(const FluidSetup& setup) {

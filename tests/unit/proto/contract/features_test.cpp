@@ -71,6 +71,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"boundaries.pressure_Pa",
      {[](FluidSetup& s) { s.boundaries[0].kind = BoundaryKind::pressure; }, "boundary:pressure"}},
     {"boundaries.parabolic", {[](FluidSetup& s) { s.boundaries[0].parabolic = true; }, "profile:parabolic"}},
+    {"boundaries.profile", {[](FluidSetup& s) { s.boundaries[0].profile = {1.0}; }, "profile:table"}},
     {"boundaries.signal", {[](FluidSetup& s) { s.boundaries[0].signal = Signal{}; }, "boundary:signal"}},
     {"no_slip_plane", {[](FluidSetup& s) { s.kind = FluidKind::stokes, s.no_slip_plane = 4; }, "no_slip_plane"}},
     {"symmetry_planes", {[](FluidSetup& s) { s.symmetry_planes[1] = true; }, "symmetry_planes"}},

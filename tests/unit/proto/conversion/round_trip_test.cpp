@@ -126,6 +126,7 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
     EXPECT_EQ(received.boundaries[face].kind, sent.boundaries[face].kind);
     EXPECT_EQ(received.boundaries[face].velocity_m_per_s, sent.boundaries[face].velocity_m_per_s);
     EXPECT_EQ(received.boundaries[face].pressure_Pa, sent.boundaries[face].pressure_Pa);
+    EXPECT_EQ(received.boundaries[face].profile, sent.boundaries[face].profile);
   }
   EXPECT_EQ(received.no_slip_plane, sent.no_slip_plane);
   EXPECT_EQ(received.symmetry_planes, sent.symmetry_planes);
