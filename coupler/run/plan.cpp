@@ -204,7 +204,7 @@ ordered_json disk_bytes(const Case& the_case, std::int64_t bodies) {
 
 }  // namespace
 
-ordered_json make_plan(const LoadedCase& loaded) {
+ordered_json make_plan(const LoadedCase& loaded, Beginning beginning) {
   const Case& the_case = loaded.content;
   const ordered_json tree = resolved(the_case);
   const std::int64_t cells = computed_cells(the_case.fluid);
@@ -225,8 +225,9 @@ ordered_json make_plan(const LoadedCase& loaded) {
   for (const ControllerCase& each : the_case.controllers) plan["controllers"][each.name] = each.command;
   plan["requires"] = {{"fluid", with_accepted(required_of_fluid(the_case, loaded.assembly))},
                       {"body", with_accepted(required_of_body(the_case, make_body_setup(the_case, loaded.assembly)))}};
-  plan["setups"] = {{"fluid", in_hex(make_fluid_setup(the_case, loaded.assembly, ""))},
-                    {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
+  FluidSetup fluid = make_fluid_setup(the_case, loaded.assembly, "");
+  if (beginning != Beginning::fresh) fluid.initial_flow = {};  // that of a checkpoint replaces it
+  plan["setups"] = {{"fluid", in_hex(fluid)}, {"body", in_hex(make_body_setup(the_case, loaded.assembly))}};
   plan["estimate"] = {{"cells", cells},
                       {"memory_of", {{"coupler_bytes", coupler_bytes(the_case)}}},
                       {"bodies", loaded.assembly.bodies.size()},

@@ -72,7 +72,7 @@ void start_log(const std::string& file) {
 /// Where the run starts that the options ask for, if at a checkpoint of another run.
 /// @throws CaseError if the case cannot begin there, or where it is to be resumed
 std::optional<Branch> find_branch(const Options& options, const LoadedCase& loaded) {
-  if (options.resume) require_same_case(options.out, loaded.content);
+  if (options.resume && !options.out.empty()) require_same_case(options.out, loaded.content);
   if (options.branch_from.empty()) return std::nullopt;
   return plan_branch(options.branch_from, options.branch_step, loaded);
 }
@@ -82,8 +82,8 @@ int run_plan(const Options& options, std::ostream& out) {
     out << make_campaign_plan(load_campaign(options.case_file, options.overrides)).dump() << std::endl;
   } else {
     const LoadedCase loaded = load_case(options.case_file, options.overrides);
-    find_branch(options, loaded);
-    nlohmann::ordered_json plan = make_plan(loaded);
+    const bool continues = find_branch(options, loaded) || options.resume;
+    nlohmann::ordered_json plan = make_plan(loaded, continues ? Beginning::resumed : Beginning::fresh);
     if (options.surfaces) plan["surfaces"] = surfaces_of(loaded);
     out << plan.dump() << std::endl;
   }

@@ -14,6 +14,7 @@
 #include "config/sections/case.hpp"
 #include "run/checkpointer.hpp"
 #include "run/components.hpp"
+#include "run/run_case.hpp"
 
 namespace copepod::coupler {
 
@@ -57,8 +58,8 @@ using MakeComponents =
 int run_program(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
                 const MakeComponents& make_components);
 
-/// The description of a case for the deploy command: how to start it, what it requires, what it will cost.
-nlohmann::ordered_json make_plan(const LoadedCase& loaded);
+/// The description of a case for the deploy command: how to start it, what it requires and costs from there on.
+nlohmann::ordered_json make_plan(const LoadedCase& loaded, Beginning beginning);
 
 /// The same for a campaign: its name, how many cases at once (null: not given), and name, file and settings
 /// of each case.

@@ -138,6 +138,7 @@ void CaseRun::notice_missing_samples(const CouplerState& state) {
 void CaseRun::make_solvers(BodySetup body, const std::optional<FoundCheckpoint>& checkpoint) {
   const std::int64_t first = checkpoint ? checkpoint->state.step : 0;
   FluidSetup fluid = make_fluid_setup(loaded_.content, loaded_.assembly, directory_.root().string());
+  if (checkpoint) fluid.initial_flow = {};  // a run that is resumed needs no file
   const Capabilities& capabilities = components_.fluid_capabilities();
   if (fluid.film_thickness_m > 0.0 && !capabilities.features.contains("thin_films")) {
     fluid.film_thickness_m = 0.0;

@@ -42,9 +42,11 @@ _PIPE_BYTES = 1 << 20  # events of half an hour, should this command be stopped 
 def run(options: Namespace) -> int:
     """Runs a case to its end. Returns 0; every other ending is a Stop."""
     build.ensure_programs(options)
-    plan = request_plan(options)
+    plan = request_plan(options, ["--resume"] if options.resume else [])
     if plan.sweep:  # a campaign of its members, which continues where it stopped
         return campaign.run_items(plan.name, [campaign.item_of_sweep(options, plan)], None, options)
+    if options.branch_from:
+        plan = request_plan(options, components.branch_arguments(options))
     plan = components.settled(plan, options.ranks)
     for problem in components.problems_of_components(plan, plan.commands):
         raise BadCase(problem)
@@ -54,8 +56,6 @@ def run(options: Namespace) -> int:
     if options.resume:
         directory = run_directory.reopen(plan.name, options.out)
     else:
-        if options.branch_from:
-            request_plan(options, components.branch_arguments(options))
         directory = run_directory.create(plan.name, options.out)
     report("directory", path=str(directory.path), holds="run")
     with closing(directory):

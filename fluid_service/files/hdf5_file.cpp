@@ -82,7 +82,7 @@ Handle selected(hid_t space, const Hdf5File::Extent& start, const Hdf5File::Exte
 hid_t open_file(const std::string& path, Hdf5File::Access kind) {
   H5dont_atexit();                              // at exit HDF5 would flush again what a full disk refused, and crash
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to report
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  static const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);  // to close it clears the reason of a failure
   H5Pset_file_locking(access.get(), false, true);
   if (kind == Hdf5File::Access::create) return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get());
   return H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get());
@@ -146,8 +146,8 @@ Hdf5File::~Hdf5File() {
 
 void Hdf5File::require(bool succeeded, const std::string& action) const {
   if (succeeded) return;
-  const std::string remedy =
-      access_ == Access::read ? "Use another checkpoint." : "Make room on the disk, check permissions, and resume.";
+  const std::string remedy = access_ == Access::read ? "Use another checkpoint or file."
+                                                     : "Make room on the disk, check permissions, and resume.";
   throw StorageError(path_ + ": cannot " + action + " (" + hdf5_reason() + "). " + remedy);
 }
 
@@ -165,6 +165,16 @@ bool Hdf5File::has(const std::string& object) {
   const htri_t exists = H5Lexists(file_, object.c_str(), H5P_DEFAULT);
   require(exists >= 0, "look for " + object);
   return exists > 0;
+}
+
+Hdf5File::Extent Hdf5File::shape(const std::string& dataset) {
+  const Handle set(H5Dopen2(file_, dataset.c_str(), H5P_DEFAULT), H5Dclose);
+  require(set.valid(), "open dataset " + dataset);
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  std::array<hsize_t, H5S_MAX_RANK> sizes{};
+  const int axes = H5Sget_simple_extent_dims(space.get(), sizes.data(), nullptr);
+  require(axes >= 0, "look at dataset " + dataset);
+  return {sizes.begin(), sizes.begin() + axes};
 }
 
 std::vector<std::string> Hdf5File::names() {

@@ -31,6 +31,7 @@ class Hdf5File {
   /// An external link to the group of this name in another file. @param file  from the folder of this one
   void link(const std::string& group, const std::string& file);
   [[nodiscard]] bool has(const std::string& object);
+  [[nodiscard]] Extent shape(const std::string& dataset);
   /// Names in the root, sorted.
   [[nodiscard]] std::vector<std::string> names();
 

@@ -52,10 +52,28 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       output_(setup, communicator),
       sample_flow_(setup, domain_, layout_.block(), communicator) {
   populations_.touch(showing_progress());  // or the first step would wait for memory
-  if (setup.initial_flow.kind != InitialFlowKind::rest || has_force_)
+  if (setup.initial_flow.kind == InitialFlowKind::file)
+    start_from_file();
+  else if (setup.initial_flow.kind != InitialFlowKind::rest || has_force_)
     initialise([&](const Cell& cell) { return initial_flow(setup_, units_, cell); });
   std::int64_t ready[] = {0};
   communicator.sum_to_all(ready);  // no rank is late for the first step
+}
+
+template <class T>
+void LatticeBoltzmann<T>::start_from_file() {
+  const FieldBlock block = read_flow(setup_, layout_.block(), communicator_.context());
+  const VelocityGradient gradient(setup_, block, communicator_);
+  const double to_lu = setup_.step_s / setup_.cell_size_m;
+  std::size_t i = 0;
+  initialise([&](const Cell& cell) {
+    LocalFlow flow;
+    flow.excess_density = block.density_kg_per_m3[i] / setup_.density_kg_per_m3 - 1.0;
+    flow.velocity = to_lu * Eigen::Map<const Eigen::Vector3d>(&block.velocity_m_per_s[3 * i++]);
+    flow.gradient = to_lu * gradient(cell);
+    flow.gradient.diagonal().array() -= flow.gradient.trace() / 3.0;  // compression is the density's
+    return flow;
+  });
 }
 
 template <class T>

@@ -97,6 +97,7 @@ class LatticeBoltzmann final : public FluidSolver {
   }
 
  private:
+  void start_from_file();
   void map_bodies(const Kinematics& kinematics);
   void count_changed_cells();
   /// Mass that each body gives back in this step, by the weight of its links; on rank 0.

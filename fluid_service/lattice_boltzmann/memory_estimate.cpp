@@ -7,10 +7,11 @@ namespace copepod::fluid {
 namespace {
 
 /// Copies of the fields while they are written [bytes per cell]: those of the step, or the sums and their mean; a
-/// derived one; and the largest as it lies in the file.
-std::int64_t field_bytes(const FieldOutput& fields, const FlowSampling& flow) {
+/// derived one; and the largest as it lies in the file. Gradients of velocities, of totals or a flow that is read, take
+/// as much.
+std::int64_t field_bytes(const FieldOutput& fields, const FlowSampling& flow, bool reads_flow) {
   constexpr std::int64_t number = sizeof(double);
-  const bool has_totals = flow.every_steps > 0 && flow.totals;  // with the gradients of velocities: as much
+  const bool has_totals = reads_flow || (flow.every_steps > 0 && flow.totals);
   if (fields.every_steps == 0 && fields.mean_stop == 0 && !has_totals) return 0;
   const auto asks_for = [&](FieldQuantity quantity) {
     return std::ranges::find(fields.quantities, quantity) != fields.quantities.end();
@@ -43,12 +44,13 @@ std::int64_t estimate_lattice_boltzmann_bytes(const FluidSetup& setup, int ranks
   const BlockPartition partition(domain.cells(), ranks, setup.bodies.size());
   const int number_bytes = setup.precision == Precision::single_precision ? sizeof(float) : sizeof(double);
   const bool writes_fields = setup.fields.every_steps > 0 || setup.fields.mean_stop > 0;
+  const bool reads_flow = setup.initial_flow.kind == InitialFlowKind::file;
+  const std::int64_t cell_bytes = field_bytes(setup.fields, setup.flow, reads_flow);
   std::int64_t largest = 0;
   for (int rank = 0; rank < ranks; ++rank)
-    largest = std::max(
-        largest, bytes_of_block(partition.block(rank), domain, number_bytes, field_bytes(setup.fields, setup.flow)));
+    largest = std::max(largest, bytes_of_block(partition.block(rank), domain, number_bytes, cell_bytes));
   constexpr std::int64_t hdf5_library = std::int64_t{4} << 20;
-  return largest + (writes_fields ? hdf5_library : 0);
+  return largest + (writes_fields || reads_flow ? hdf5_library : 0);
 }
 
 }  // namespace copepod::fluid

@@ -14,9 +14,9 @@ Capabilities capabilities() {
           .features = features_in(
               "solver:lattice_boltzmann solver:stokes solver:vacuum collision:bgk collision:trt "
               "collision:central_moments boundary:no_slip boundary:periodic boundary:free_slip boundary:velocity "
-              "boundary:pressure boundary:outflow boundary:signal profile:parabolic no_slip_plane symmetry_planes "
-              "body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green "
-              "initial_flow:taylor_green_3d precision:double "
+              "boundary:pressure boundary:outflow boundary:signal profile:parabolic profile:table no_slip_plane "
+              "symmetry_planes body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green "
+              "initial_flow:taylor_green_3d initial_flow:file precision:double "
               "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
               "shape:compound obstacles obstacle_loads moving_boundary:bounce_back moving_boundary:interpolated "
               "moving_boundary:central_linear moving_boundary:parabolic refill:equilibrium refill:nonequilibrium "
@@ -36,7 +36,9 @@ std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communica
 }
 
 std::int64_t rank_bytes(const FluidSetup& setup, int ranks) {
-  return setup.kind == FluidKind::lattice_boltzmann ? estimate_lattice_boltzmann_bytes(setup, ranks) : 0;
+  if (setup.kind != FluidKind::lattice_boltzmann) return 0;
+  if (setup.initial_flow.kind == InitialFlowKind::file) check_flow_file(setup);
+  return estimate_lattice_boltzmann_bytes(setup, ranks);
 }
 
 Estimate estimate(const FluidSetup& setup, int ranks) {

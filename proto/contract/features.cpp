@@ -56,6 +56,7 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
     required.insert(feature("boundary", boundary_names, boundary.kind));
     if (boundary.parabolic) required.insert("profile:parabolic");
     if (boundary.signal) required.insert("boundary:signal");
+    if (!boundary.profile.empty()) required.insert("profile:table");
   }
   if (setup.flow.every_steps > 0) required.insert("flow_samples");
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
@@ -100,6 +101,7 @@ const std::vector<Feature>& known_features() {
       {"boundary:outflow", physics, "fluid and sound leave through a face"},
       {"boundary:signal", physics, "the velocity of a face varies in time"},
       {"profile:parabolic", physics, "fluid comes in with a parabolic profile"},
+      {"profile:table", physics, "fluid comes in with a profile that is given for each cell"},
       {"no_slip_plane", physics, "one wall in Stokes flow"},
       {"symmetry_planes", physics, "the flow is mirrored about planes through the middle of the domain"},
       {"body_force", physics, "a constant force per volume drives the fluid"},
@@ -107,6 +109,7 @@ const std::vector<Feature>& known_features() {
       {"initial_flow:shear", physics, "the fluid starts in linear shear between two walls"},
       {"initial_flow:taylor_green", physics, "the fluid starts as a Taylor-Green vortex"},
       {"initial_flow:taylor_green_3d", physics, "the fluid starts as a Taylor-Green vortex in three dimensions"},
+      {"initial_flow:file", physics, "the fluid starts with the flow that a file holds"},
       {"shape:sphere", physics, "bodies that are spheres"},
       {"shape:capsule", physics, "bodies that are capsules"},
       {"shape:ellipsoid", physics, "bodies that are ellipsoids"},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -38,6 +39,7 @@ struct Boundary {
   double pressure_Pa = 0.0;  ///< relative to rest, for BoundaryKind::pressure
   bool parabolic = false;  ///< for BoundaryKind::velocity: times 4 s(1 − s) along each axis between walls, 0 ≤ s ≤ 1
   std::optional<Signal> signal = {};  ///< for BoundaryKind::velocity: factor of it, in the middle of each step; none: 1
+  std::vector<double> profile = {};   ///< likewise, in each cell of the face, the later axis fastest; none: 1
 
   /// @param face  its number in FluidSetup::boundaries
   [[nodiscard]] bool lets_in(std::size_t face) const {
@@ -48,8 +50,10 @@ struct Boundary {
     return (signal ? value_of(*signal, step, 0.5) : 1.0) * velocity_m_per_s;
   }
   [[nodiscard]] double largest_speed() const {
-    return velocity_m_per_s.norm() * (signal ? largest_magnitude(*signal) : 1.0);
-  }  ///< of all steps [m/s]
+    const auto largest = std::ranges::max_element(profile, {}, [](double factor) { return std::abs(factor); });
+    return velocity_m_per_s.norm() * (signal ? largest_magnitude(*signal) : 1.0) *
+           (profile.empty() ? 1.0 : std::abs(*largest));
+  }  ///< of all steps and cells [m/s]
   [[nodiscard]] bool is_wall(std::size_t face) const {
     return kind == BoundaryKind::no_slip || (kind == BoundaryKind::velocity && !lets_in(face));
   }  ///< whether fluid sticks to it and none comes in
@@ -62,6 +66,7 @@ enum class InitialFlowKind {
   shear,            ///< linear between the only two walls of which one moves
   taylor_green,     ///< one vortex pair per axis: U (cos kx sin ly, −(k/l) sin kx cos ly, 0), k = 2π/Lx, l = 2π/Ly
   taylor_green_3d,  ///< U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0), k = 2π/L, in a cube
+  file,             ///< cell by cell, as field output writes it
 };
 
 /// The fluid's velocity before step 0, with the pressure that belongs to it.
@@ -69,6 +74,8 @@ struct InitialFlow {
   InitialFlowKind kind = InitialFlowKind::rest;                ///< its form
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< for InitialFlowKind::uniform
   double speed_m_per_s = 0.0;  ///< U, for InitialFlowKind::taylor_green, taylor_green_3d
+  std::string file;            ///< absolute path, for InitialFlowKind::file: HDF5, read by every rank
+  std::string group;           ///< of the file: step_000001000, mean, … or newest: of its last step
 };
 
 /// What can be written of each cell.

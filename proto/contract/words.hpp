@@ -60,7 +60,7 @@ inline constexpr auto boundary_names =
 inline constexpr auto profile_names = words<bool>("uniform", "parabolic");
 inline constexpr auto signal_names = words<SignalKind>("constant", "sinusoid", "square", "trapezoid", "table");
 inline constexpr auto initial_flow_names =
-    words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green", "taylor_green_3d");
+    words<InitialFlowKind>("rest", "uniform", "shear", "taylor_green", "taylor_green_3d", "file");
 inline constexpr auto quantity_names = words<FieldQuantity>("density", "velocity", "pressure", "vorticity");
 
 /// Levels of FieldOutput::compression.

@@ -32,7 +32,7 @@ static_assert(v1::ShapeKind_MAX == to_wire<v1::ShapeKind>(ShapeKind::compound));
 static_assert(v1::FluidKind_MAX == to_wire<v1::FluidKind>(FluidKind::vacuum));
 static_assert(v1::BoundaryKind_MAX == to_wire<v1::BoundaryKind>(BoundaryKind::outflow));
 static_assert(v1::SignalKind_MAX == to_wire<v1::SignalKind>(SignalKind::table));
-static_assert(v1::InitialFlowKind_MAX == to_wire<v1::InitialFlowKind>(InitialFlowKind::taylor_green_3d));
+static_assert(v1::InitialFlowKind_MAX == to_wire<v1::InitialFlowKind>(InitialFlowKind::file));
 static_assert(v1::CollisionKind_MAX == to_wire<v1::CollisionKind>(CollisionKind::central_moments));
 static_assert(v1::MovingBoundary_MAX == to_wire<v1::MovingBoundary>(MovingBoundary::parabolic));
 static_assert(v1::Refill_MAX == to_wire<v1::Refill>(Refill::grad));

@@ -53,11 +53,11 @@ void describe(auto& wire, Is<Signal> auto& signal) {
 }
 
 void describe(auto& wire, Is<Boundary> auto& boundary) {
-  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal);
+  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal, profile);
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {
-  COPEPOD_MEMBERS(wire, flow, kind, velocity_m_per_s, speed_m_per_s);
+  COPEPOD_MEMBERS(wire, flow, kind, velocity_m_per_s, speed_m_per_s, file, group);
 }
 
 void describe(auto& wire, Is<FieldOutput> auto& fields) {

@@ -40,7 +40,7 @@ Input split(std::string_view bytes) {
 
 /// A case that was accepted has a plan, and its resolved form is accepted again and means the same.
 void resolve_twice(const LoadedCase& loaded) {
-  static_cast<void>(make_plan(loaded).dump());
+  static_cast<void>(make_plan(loaded, Beginning::fresh).dump());
   const std::string once = to_yaml(resolved(loaded.content));
   if (to_yaml(resolved(load_case_text(once, "resolved.yaml", {}).content)) != once) std::abort();
 }

@@ -40,6 +40,7 @@ FluidSetup wandering_bodies(const Method& method) {
   if (method.has_stream) {
     setup.boundaries[2] = {BoundaryKind::velocity, {0.01, 0.02, 0.0}, 0.0};
     setup.boundaries[2].signal = {.kind = SignalKind::sinusoid, .amplitude = 1.0, .period_steps = 70, .table = {}};
+    for (int cell = 0; cell < 16 * 22; ++cell) setup.boundaries[2].profile.push_back(1.0 + 0.2 * std::sin(cell));
     setup.boundaries[3].kind = BoundaryKind::outflow;
   }
   setup.precision = method.precision;

@@ -1,6 +1,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -105,6 +106,31 @@ TEST_F(Fields, GoOnInTheSameFileAfterARestartAndReplaceARepeatedStep) {
   std::array<double, 1> density{};
   file.read("step_000000002/density_kg_per_m3", {0, 0, 0}, {1, 1, 1}, density.data());
   EXPECT_EQ(density[0], 1000);
+}
+
+TEST_F(Fields, AreReadAgainAsTheFlowToStartWith) {
+  setup_.density_kg_per_m3 = 1000.0;
+  FieldBlock flow = block_;
+  for (double& density : flow.density_kg_per_m3) density = 1000.0 + 1e-3 * (density - 1000.0);
+  setup_.fields.quantities = {FieldQuantity::velocity, FieldQuantity::density};
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(40, flow);
+  setup_.fields.quantities = {FieldQuantity::velocity, FieldQuantity::pressure};
+  setup_.fields.compression = 1;
+  FieldWriter(setup_.fields, setup_, ranks_).write_snapshot(7, flow);
+  folder_.barrier();
+  setup_.initial_flow = {.kind = InitialFlowKind::file, .file = path_};
+  for (const auto& [group, step_s, factor] : {std::tuple{"newest", 2e-10, 1.0},
+                                              {"step_000000007", 2e-10, 1.0},
+                                              {"step_000000040", 1e-10, 0.25},
+                                              {"step_000000007", 1e-10, 0.25}}) {
+    setup_.initial_flow.group = group;
+    setup_.step_s = step_s;
+    const FieldBlock read = read_flow(setup_, block_.box, context_);
+    EXPECT_EQ(read.velocity_m_per_s, flow.velocity_m_per_s) << group;
+    ASSERT_EQ(read.density_kg_per_m3.size(), flow.density_kg_per_m3.size());
+    for (std::size_t i = 0; i < read.density_kg_per_m3.size(); ++i)
+      ASSERT_NEAR(read.density_kg_per_m3[i], 1000.0 + factor * (flow.density_kg_per_m3[i] - 1000.0), 1e-9) << group;
+  }
 }
 
 TEST_F(Fields, DescribeEverySnapshotToParaView) {

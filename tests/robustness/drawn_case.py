@@ -193,7 +193,9 @@ class _Draw:
         velocity = self.vector(0.02)
         velocity[axis] = self.rng.choice([-1, 1]) * self.uniform(0.002, 0.02)
         velocity = self.speed(velocity)
-        inflow = {"velocity_m_per_s": list(velocity), "profile": self.rng.choice(["uniform", "parabolic"])}
+        face = math.prod(self.cells) // self.cells[axis]
+        table = {"factors": [self.uniform(0.5, 1.0) for _ in range(face)]}
+        inflow = {"velocity_m_per_s": list(velocity), "profile": self.rng.choice(["uniform", "parabolic", table])}
         self._vary(inflow)
         return dict(zip(self.rng.choice([("low", "high"), ("high", "low")]), (inflow, "outflow")))
 

@@ -37,9 +37,14 @@ void check_open_faces(const FluidCase& fluid, Problems& problems) {
     has_opening = has_opening || boundary.kind == BoundaryKind::pressure || boundary.kind == BoundaryKind::outflow;
     if (boundary.lets_in(face)) inflow = face;
     if (boundary.lets_in(face)) check_cell_reynolds(fluid, boundary.largest_speed(), face_path(face), problems);
-    if (boundary.parabolic && !boundary.lets_in(face))
+    const std::int64_t cells = fluid.domain_cells[(face / 2 + 1) % 3] * fluid.domain_cells[(face / 2 + 2) % 3];
+    if (!boundary.profile.empty() && std::ssize(boundary.profile) != cells)
+      problems.reject(face_path(face) + ".profile", "has " + std::to_string(boundary.profile.size()) +
+                                                        " factors, the face " + std::to_string(cells) +
+                                                        " cells (each has its own). Give as many.");
+    if ((boundary.parabolic || !boundary.profile.empty()) && !boundary.lets_in(face))
       problems.reject(face_path(face),
-                      "has profile: parabolic and no velocity through the face (a wall moves as a whole). Give "
+                      "has a profile and no velocity through the face (a wall moves as a whole). Give "
                       "velocity_m_per_s a component along " +
                           std::string(axis_names[face / 2]) + ", or leave the profile out.");
   }

@@ -1,13 +1,32 @@
+#include <filesystem>
 #include <numbers>
 
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
+#include "config/yaml/csv_rows.hpp"
 
 namespace copepod::coupler {
 namespace {
 
 using nlohmann::ordered_json;
+
+/// A table of one column, or what resolved cases have of it: a run does not depend on the file.
+void declare_profile(Keys& keys, std::vector<double>& factors) {
+  keys.describe("file", {{"type", "string"}},
+                "CSV file with a column factor, relative to the case file: one row for each cell of the face, of which "
+                "the later axis is the fastest (x: y0 z0, y0 z1, …). With symmetry_planes for the whole face, of which "
+                "the lower half counts. The run keeps its content.");
+  const auto rows = keys.has("file") ? read_csv_rows(keys, "file", {"factor"}, {}, CsvHeader::optional) : std::nullopt;
+  if (rows)
+    for (const std::vector<double>& row : rows->values) factors.push_back(row[0]);
+  if (keys.has("file")) return;
+  keys.reject_if(keys.reads() && keys.size("factors") == 0, "file",
+                 "and factors are missing (one holds the profile). Write file: NAME.csv.");
+  factors.resize(keys.reads() ? keys.size("factors") : factors.size());
+  keys.numbers({"factors", Need::in_some_cases}, Eigen::Map<Eigen::VectorXd>(factors.data(), std::ssize(factors)),
+               "The factors themselves, as resolved cases have them.");
+}
 
 /// {velocity_m_per_s: […], profile: …, signal: …}, or {pressure_Pa: …}, or {outflow: {}}.
 void declare_condition(Keys& keys, Boundary& boundary, double step_s) {
@@ -15,9 +34,15 @@ void declare_condition(Keys& keys, Boundary& boundary, double step_s) {
     keys.numbers(
         keys.needed("velocity_m_per_s"), boundary.velocity_m_per_s,
         "Velocity of the wall; with a component through the face, of the fluid that comes in or goes out there.");
-    keys.choice("profile", boundary.parabolic, profile_names,
-                "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 to "
-                "1 between them; beside one wall and a free_slip face, half of that parabola.");
+    const Value* profile = keys.raw("profile");
+    const bool is_table =
+        keys.reads() ? profile != nullptr && profile->kind == Value::Kind::mapping : !boundary.profile.empty();
+    if (!is_table)
+      keys.choice("profile", boundary.parabolic, profile_names,
+                  "Of an inflow: uniform; parabolic: times 4 s(1 − s) along each axis that walls bound, with s from 0 "
+                  "to 1 between them; beside one wall and a free_slip face, half of that parabola; {file: NAME.csv}: "
+                  "times a factor of each cell.");
+    if (keys.when(is_table)) keys.either("profile", [&](Keys& table) { declare_profile(table, boundary.profile); });
     keys.section<Signal>("signal", boundary.signal, "Factor of the velocity that varies in time. Default: 1.",
                          [&](Keys& below, Signal& signal) { declare(below, signal, step_s, {factor_of_velocities}); });
   }
@@ -102,12 +127,23 @@ void declare(Keys& keys, InitialFlow& flow) {
               "rest; uniform: one velocity; shear: linear between the only two walls of which one moves; taylor_green: "
               "U (cos kx sin ly, −(k/l) sin kx cos ly, 0), one wavelength along x and y, which are periodic; "
               "taylor_green_3d: U (sin kx cos ky cos kz, −cos kx sin ky cos kz, 0) in a cube, "
-              "one wavelength along x, y and z, which are periodic or free_slip.");
+              "one wavelength along x, y and z, which are periodic or free_slip; file: cell by cell.");
   if (keys.when(flow.kind == InitialFlowKind::uniform))
     keys.numbers(keys.needed("velocity_m_per_s"), flow.velocity_m_per_s, "For kind: uniform.");
-  if (keys.when(flow.kind >= InitialFlowKind::taylor_green))
+  const bool is_file = flow.kind == InitialFlowKind::file;
+  if (keys.when(flow.kind >= InitialFlowKind::taylor_green && !is_file))
     keys.number(keys.needed("speed_m_per_s"), flow.speed_m_per_s, Range::positive,
                 "For kind: taylor_green or taylor_green_3d, U.");
+  if (!keys.when(is_file)) return;
+  keys.text(keys.needed("file"), flow.file,
+            "For kind: file: HDF5 file as output.fields writes it, relative to the case file, with a value for every "
+            "cell of domain_cells; where symmetry_planes halve an axis, its lower half counts. velocity_m_per_s, and "
+            "pressure_Pa or density_kg_per_m3 if there. The fluid reads it where it runs, and a resumed run no more.");
+  if (keys.has("file") && !keys.has_errors("file"))
+    flow.file = std::filesystem::absolute(file_beside_case(keys, "file")).lexically_normal();
+  if (flow.group.empty()) flow.group = "newest";
+  keys.text({"group", Need::in_some_cases}, flow.group,
+            "For kind: file: a group of the file, step_000001000 or mean. Default: newest, the one of its last step.");
 }
 
 void declare_symmetry_planes(Keys& keys, std::array<bool, 3>& planes) {

@@ -15,6 +15,11 @@ Face make_face(const FluidSetup& setup, std::size_t number, const LatticeUnits& 
   if (boundary.kind == BoundaryKind::velocity) face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
   if (boundary.lets_in(number)) face.kind = FaceKind::inflow;
   face.is_parabolic = boundary.parabolic;
+  face.profile = boundary.profile;
+  const std::int64_t cells = setup.domain_cells[(number / 2 + 1) % 3] * setup.domain_cells[(number / 2 + 2) % 3];
+  if (!face.profile.empty() && std::ssize(face.profile) != cells)
+    throw CaseError("the profile of a face has " + std::to_string(face.profile.size()) + " factors, not " +
+                    std::to_string(cells) + " (one for each of its cells). Give as many.");
   if (boundary.kind == BoundaryKind::velocity) face.signal = boundary.signal;
   if (face.signal) face.factor += 0.1 * static_cast<double>(number);
   if (boundary.kind == BoundaryKind::outflow) face.kind = FaceKind::outflow;
@@ -102,7 +107,18 @@ double Domain::profile(int axis, bool high, const Cell& ghost, int direction) co
     if (!walls[1]) s *= 0.5;
     share *= 4.0 * s * (1.0 - s);
   }
-  return share;
+  if (own.profile.empty()) return share;
+  const auto factor = [&](int of_link) {
+    std::int64_t place = 0;
+    for (int across = 0; across < 3; ++across) {
+      if (across == axis) continue;
+      const std::int64_t cell = ghost[across] + of_link * d3q19::e[direction][across];
+      const std::int64_t nearest = std::clamp<std::int64_t>(cell, 0, cells_[across] - 1);
+      place = place * cells_[across] * (symmetric_[across] ? 2 : 1) + image(across, cell).value_or(nearest);
+    }
+    return own.profile[static_cast<std::size_t>(place)];
+  };
+  return 0.5 * (factor(0) + factor(1));  // a link crosses the face between its cells
 }
 
 LinkToBody Domain::link_to_body(const Eigen::Vector3d& position_lu, const Cell& cell, int direction) const {

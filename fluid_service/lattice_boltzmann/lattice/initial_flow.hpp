@@ -95,6 +95,7 @@ inline LocalFlow initial_flow(const FluidSetup& setup, const LatticeUnits& units
                                static_cast<double>(cell[2]) + 0.5);
   switch (setup.initial_flow.kind) {
     case InitialFlowKind::rest:
+    case InitialFlowKind::file:  // needs the neighbours [LatticeBoltzmann]
       break;
     case InitialFlowKind::uniform:
       return {0.0, units.velocity_lu(setup.initial_flow.velocity_m_per_s)};

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include <spdlog/fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include "contract/errors.hpp"
@@ -62,6 +63,49 @@ Extent with(Extent extent, std::uint64_t last) {
 Extent shape_of(const Box& box, bool is_vector) {
   const Extent shape = in_file_order({box.extent(0), box.extent(1), box.extent(2)});
   return is_vector ? with(shape, 3) : shape;
+}
+
+std::string group_in(Hdf5File& file, const InitialFlow& flow) {
+  const std::vector<std::string> names = file.names();
+  const auto newest = std::ranges::max_element(names, {}, step_of_group);
+  if (flow.group == "newest" && newest != names.end() && step_of_group(*newest) >= 0) return *newest;
+  if (std::ranges::find(names, flow.group) != names.end()) return flow.group;
+  throw CaseError(flow.file + " has no group " + (flow.group == "newest" ? "of a step" : flow.group) +
+                  " (output.fields writes step_000001000 and the like). Name one that it has in initial_flow.group.");
+}
+
+/// @return values in file order
+std::vector<double> read_array(Hdf5File& file, const std::string& name, bool is_vector, const FluidSetup& setup,
+                               const Box& box) {
+  const Extent found = file.shape(name), needed = shape_of({{0, 0, 0}, setup.domain_cells}, is_vector);
+  if (found != needed)
+    throw CaseError(
+        fmt::format("{} has {} values in {}, not {} (one for every cell along z, y, x{}). Use a file of as many cells, "
+                    "or change domain_cells.",
+                    setup.initial_flow.file, fmt::join(found, " × "), name, fmt::join(needed, " × "),
+                    is_vector ? ", with three components" : ""));
+  std::vector<double> values(static_cast<std::size_t>(box.volume()) * (is_vector ? 3 : 1));
+  const Extent start = in_file_order(box.low);
+  file.read(name, is_vector ? with(start, 0) : start, shape_of(box, is_vector), values.data());
+  return values;
+}
+
+/// ρ/ρ₀ − 1 in file order.
+std::vector<double> read_excess_density(Hdf5File& file, const std::string& group, const FluidSetup& setup,
+                                        const Box& box) {
+  const std::string pressure = group + "/pressure_Pa", density = group + "/density_kg_per_m3";
+  std::vector<double> values(static_cast<std::size_t>(box.volume()));
+  if (file.has(pressure)) {
+    values = read_array(file, pressure, false, setup, box);
+    for (double& value : values) value = LatticeUnits(setup).excess_density_lu(value);
+  } else if (file.has(density)) {
+    const double speed =
+        file.read_attribute<double>(group, "cell_size_m") / file.read_attribute<double>(group, "step_s");
+    const double ratio = speed / (setup.cell_size_m / setup.step_s);  // p = c_s² (ρ − ρ₀) is the same in both units
+    values = read_array(file, density, false, setup, box);
+    for (double& value : values) value = ratio * ratio * (value / setup.density_kg_per_m3 - 1.0);
+  }
+  return values;
 }
 
 /// @param found  samples in the checkpoint
@@ -291,6 +335,41 @@ void FieldSchedule::after_step(std::int64_t step, const std::function<FieldBlock
     if (sample) mean_.add(block);
   }
   if (step == output_.mean_stop && mean_.samples() > 0) writer_->write_mean(mean_.samples(), mean_.mean());
+}
+
+FieldBlock read_flow(const FluidSetup& setup, const Box& box, SolverContext& context) try {
+  Hdf5File file(setup.initial_flow.file, Hdf5File::Access::read, context);
+  const std::string group = group_in(file, setup.initial_flow);
+  const LatticeUnits units(setup);
+  const std::vector<double> velocity = read_array(file, group + "/velocity_m_per_s", true, setup, box);
+  const std::vector<double> excess_density = read_excess_density(file, group, setup, box);
+  FieldBlock block{.box = box, .density_kg_per_m3 = {}, .velocity_m_per_s = {}, .body = {}};
+  for_each_cell(box, [&](const Cell& cell) {
+    const std::int64_t row = (cell[2] - box.low[2]) * box.extent(1) + cell[1] - box.low[1];
+    const auto i = static_cast<std::size_t>(row * box.extent(0) + cell[0] - box.low[0]);
+    const Eigen::Vector3d u_m_per_s(velocity[3 * i], velocity[3 * i + 1], velocity[3 * i + 2]);
+    const double speed_lu = units.velocity_lu(u_m_per_s).norm();
+    if (!(speed_lu < largest_speed_lu) || !(std::abs(excess_density[i]) < 0.5))
+      throw CaseError(fmt::format(
+          "{} has a flow in cell ({}) that cannot be computed (speed {:.3g} cells per step, at most {}; density {:.3g} "
+          "times the fluid's, 0.5 to 1.5). Correct the file, or use a smaller step.",
+          setup.initial_flow.file, fmt::join(cell, ", "), speed_lu, largest_speed_lu, 1.0 + excess_density[i]));
+    block.density_kg_per_m3.push_back(units.density_kg_per_m3(1.0 + excess_density[i]));
+    for (const double component : u_m_per_s) block.velocity_m_per_s.push_back(component);
+  });
+  return block;
+} catch (const Error& error) {
+  throw CaseError(std::string("fluid.initial_flow: ") + error.what());
+}
+
+void check_flow_file(const FluidSetup& setup) {
+  SolverContext context;
+  Box layer = Domain(setup, LatticeUnits(setup)).box();
+  for (std::int64_t z = 0, end = layer.high[2]; z < end; ++z) {
+    layer.low[2] = z;
+    layer.high[2] = z + 1;
+    read_flow(setup, layer, context);
+  }
 }
 
 }  // namespace copepod::fluid

@@ -103,4 +103,12 @@ class FieldSchedule {
   MeanField mean_;
 };
 
+/// Flow of some cells of the computed domain from the file of InitialFlowKind::file, which has the form of fields.h5.
+/// The pressure is that of pressure_Pa, else that of density_kg_per_m3 in the group's units, else 0; `body` is empty.
+/// @throws CaseError if the file, or a value of one of the cells, cannot be used
+FieldBlock read_flow(const FluidSetup& setup, const Box& box, SolverContext& context);
+
+/// Reads all cells of that file, a layer at a time. @throws CaseError
+void check_flow_file(const FluidSetup& setup);
+
 }  // namespace copepod::fluid

@@ -121,7 +121,7 @@ Box VelocityGradient::layer(int axis, bool high, bool beyond) const {
 /// Beyond a face whose other side is this rank's, a wall, or open.
 void VelocityGradient::fill_locally(int axis, bool high) {
   const Face& face = domain_.face(axis, high);
-  const bool one_sided = face.is_open() || face.is_parabolic || face.signal;  // one velocity does not describe it
+  const bool one_sided = face.is_open() || face.is_parabolic || face.signal || !face.profile.empty();
   const std::int64_t inwards = high ? -stride_[axis] : stride_[axis];
   const Box ghosts = layer(axis, high, true);
   const auto index = domain_.image(axis, ghosts.low[axis]);

@@ -42,6 +42,12 @@ std::string inflow_with(const std::string& signal) {
   return "fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], signal: " + signal + "}, high: outflow}";
 }
 
+std::string ones(int count) {
+  std::string list = "1";
+  for (int i = 1; i < count; ++i) list += ", 1";
+  return list;
+}
+
 const Travels fluid_travels{
     {"kind", {"fluid.solver=stokes", "obstacles=null", only_ball}},
     {"step_s", {"fluid.relaxation_time=0.7"}},
@@ -54,6 +60,9 @@ const Travels fluid_travels{
     {"boundaries.pressure_Pa", {"fluid.boundaries.z={low: {pressure_Pa: 2}, high: {pressure_Pa: 1}}"}},
     {"boundaries.parabolic",
      {"fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], profile: parabolic}, high: {outflow: {}}}"}},
+    {"boundaries.profile",
+     {"fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], profile: {factors: [" + ones(48 * 50) +
+      "]}}, high: outflow}"}},
     {"boundaries.signal.kind", {inflow_with("{kind: constant}")}},
     {"boundaries.signal.amplitude", {inflow_with("{kind: constant, amplitude: 0.7}")}},
     {"boundaries.signal.period_steps", {inflow_with("{kind: sinusoid, period_steps: 90}")}},
@@ -69,6 +78,8 @@ const Travels fluid_travels{
     {"initial_flow.speed_m_per_s",
      {"fluid.boundaries.x=periodic", "fluid.boundaries.y=periodic", "fluid.symmetry_planes=[]",
       "fluid.initial_flow={kind: taylor_green, speed_m_per_s: 0.2}"}},
+    {"initial_flow.file", {"fluid.initial_flow={kind: file, file: fields.h5}"}},
+    {"initial_flow.group", {"fluid.initial_flow={kind: file, file: fields.h5, group: mean}"}},
     {"collision", {"fluid.collision=bgk"}},
     {"moving_boundary", {"fluid.moving_boundary=interpolated"}},
     {"refill", {"fluid.refill=nonequilibrium"}},

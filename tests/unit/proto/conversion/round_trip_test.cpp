@@ -126,6 +126,7 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
     EXPECT_EQ(received.boundaries[face].kind, sent.boundaries[face].kind);
     EXPECT_EQ(received.boundaries[face].velocity_m_per_s, sent.boundaries[face].velocity_m_per_s);
     EXPECT_EQ(received.boundaries[face].pressure_Pa, sent.boundaries[face].pressure_Pa);
+    EXPECT_EQ(received.boundaries[face].profile, sent.boundaries[face].profile);
   }
   EXPECT_EQ(received.no_slip_plane, sent.no_slip_plane);
   EXPECT_EQ(received.symmetry_planes, sent.symmetry_planes);
@@ -133,6 +134,8 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
   EXPECT_EQ(received.initial_flow.kind, sent.initial_flow.kind);
   EXPECT_EQ(received.initial_flow.velocity_m_per_s, sent.initial_flow.velocity_m_per_s);
   EXPECT_EQ(received.initial_flow.speed_m_per_s, sent.initial_flow.speed_m_per_s);
+  EXPECT_EQ(received.initial_flow.file, sent.initial_flow.file);
+  EXPECT_EQ(received.initial_flow.group, sent.initial_flow.group);
   EXPECT_EQ(received.film_thickness_m, sent.film_thickness_m);
   EXPECT_EQ(received.wall_overlap_m, sent.wall_overlap_m);
   EXPECT_EQ(received.collision, sent.collision);

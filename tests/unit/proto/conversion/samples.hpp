@@ -67,12 +67,13 @@ inline FluidSetup sample_fluid_setup() {
   setup.boundaries[1].kind = BoundaryKind::periodic;
   setup.boundaries[2] = {BoundaryKind::velocity, {1e-3, -2e-3, 1.0 / 3}, 0, true};
   setup.boundaries[2].signal = {SignalKind::table, 0.7, 90, 1.5, 0.0, 11, 3, 999, {{0.0, 1.0 / 3}, {40.5, -1.0}}};
+  setup.boundaries[2].profile = {0.5, -1.0 / 3};
   setup.boundaries[3] = {BoundaryKind::pressure, {0, 0, 0}, -12.5};
   setup.boundaries[4].kind = BoundaryKind::free_slip;
   setup.no_slip_plane = 5;
   setup.symmetry_planes = {true, false, true};
   setup.body_force_N_per_m3 = {0.1, 0.2, 0.3};
-  setup.initial_flow = {InitialFlowKind::shear, {1e-3, -2e-3, 1.0 / 7}, 1.0 / 9};
+  setup.initial_flow = {InitialFlowKind::shear, {1e-3, -2e-3, 1.0 / 7}, 1.0 / 9, "/flow/fields.h5", "mean"};
   setup.collision = CollisionKind::central_moments;
   setup.precision = Precision::single_precision;
   setup.film_thickness_m = 1.0 / 13;

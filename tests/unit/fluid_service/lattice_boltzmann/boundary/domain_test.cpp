@@ -63,6 +63,21 @@ TEST(Domain, DistancesGoToTheNearestPeriodicImage) {
   EXPECT_DOUBLE_EQ(domain.from_position({15.5, 3.0, 3.0}, {0, 2, 2})[0], 1.0);
 }
 
+TEST(Domain, HasTheMeanProfileOfBothCellsOfALink) {
+  FluidSetup setup = box_of(wall, wall, periodic);
+  setup.domain_cells = {4, 3, 2};
+  setup.boundaries[0] = {BoundaryKind::velocity, {1.0, 0.0, 0.0}};
+  setup.boundaries[0].profile = {1, 2, 3, 4, 5, 6};  // y0 z0, y0 z1, y1 z0, …
+  setup.symmetry_planes = {false, false, true};
+  const Domain domain = domain_of(setup);
+  EXPECT_EQ(domain.profile(0, false, {-1, 1, 0}, d3q19::index_of({1, 0, 0})), 3.0);
+  EXPECT_EQ(domain.profile(0, false, {-1, 1, 0}, d3q19::index_of({1, 1, 0})), 4.0);
+  EXPECT_EQ(domain.profile(0, false, {-1, 3, 0}, d3q19::index_of({1, -1, 0})), 5.0);
+  EXPECT_EQ(domain.profile(0, false, {-1, 1, 1}, d3q19::index_of({1, 0, -1})), 3.0);
+  setup.boundaries[0].profile.pop_back();
+  EXPECT_THROW(domain_of(setup), CaseError);
+}
+
 TEST(GhostSource, WallSendsThePopulationBackToTheCellItLeft) {
   const int up = d3q19::index_of({0, 0, 1});
   const GhostSource source = ghost_source(domain_of(box_of(wall, wall, wall)), {3, 3, -1}, up);
