@@ -38,6 +38,7 @@ _CONTENT = {
     "obstacles.csv": ("loads on obstacles over time", "text/csv"),
     "obstacles.npy": _ARRAY,
     "obstacles_names.txt": ("names of the obstacles", "text/plain"),
+    "coefficients.csv": ("drag and lift coefficients over time", "text/csv"),
     "flow.csv": ("totals of the flow, velocity and pressure at probes over time", "text/csv"),
     "cycles.csv": ("velocity, rotation, arms and power of every swimmer in each cycle", "text/csv"),
     "bodies.pvd": ("surfaces of the bodies over time, for ParaView", "application/xml"),
@@ -90,7 +91,7 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
     files = [_file(folder, name, sums) for name in _CONTENT if (folder / name).exists()]
     columns = [
         column
-        for name in ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv")
+        for name in ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv", "coefficients.csv")
         for column in _columns(folder / name)
     ]
     digest = {**_entity("#digest", "PropertyValue", "digest"), "value": summary["digest"]}
