@@ -140,6 +140,7 @@ LoadedCase load(const std::string& case_file, const std::vector<std::string>& ov
     output.trajectory_every_steps = output.bodies_every_steps = 0;
     output.fields.every_steps = output.fields.mean_stop = 0;
     output.writes_flow = false;
+    output.coefficients.clear();
   }
   return loaded;
 }

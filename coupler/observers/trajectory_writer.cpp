@@ -81,9 +81,9 @@ TrajectoryFile npy_trajectory(const std::string& file_path, const std::vector<st
   return {std::move(file), add};
 }
 
-std::string flow_header(const FlowSampling& sampling) {
+std::string header_of(const std::vector<std::string>& names) {
   std::string header = "step,time_s";
-  for (const std::string& name : sampling.names()) header += ',' + csv_field(name);
+  for (const std::string& name : names) header += ',' + csv_field(name);
   return header;
 }
 
@@ -113,17 +113,18 @@ void TrajectoryWriter::add(const StepRecord& record) {
   last_written_ = record.step;
 }
 
-FlowWriter::FlowWriter(const std::string& path, FlowSampling sampling, double step_s,
-                       const std::optional<TableEnd>& end)
-    : sampling_(std::move(sampling)), step_s_(step_s), file_(path, flow_header(sampling_), end) {}
+SampleWriter::SampleWriter(const std::string& path, const std::vector<std::string>& names, double step_s, Values values,
+                           const std::optional<TableEnd>& end)
+    : step_s_(step_s), values_(std::move(values)), file_(path, header_of(names), end) {}
 
-void FlowWriter::observe(const StepRecord& record) {
-  if (sampling_.values_in(record.step) == 0) return;
+void SampleWriter::observe(const StepRecord& record) {
+  const Eigen::VectorXd values = values_(record);
+  if (values.size() == 0) return;
   std::string row;
   append(row, record.step);
   row += ',';
   append(row, static_cast<double>(record.step) * step_s_);
-  append_all(row, record.raw.flow);
+  append_all(row, values);
   file_.add(row);
 }
 

@@ -55,20 +55,22 @@ class TrajectoryWriter final : public Observer {
   TrajectoryFile file_;
 };
 
-/// Writes flow.csv: a row per sample of the flow, of the start of its step, with a column for each of
-/// FlowSampling::names.
-class FlowWriter final : public Observer {
+/// Writes a table such as flow.csv: step, time and values of its start, a row for each step that has any.
+class SampleWriter final : public Observer {
  public:
+  using Values = std::function<Eigen::VectorXd(const StepRecord&)>;
+  /// @param names  of the values
   /// @throws StorageError as TrajectoryWriter
-  FlowWriter(const std::string& path, FlowSampling sampling, double step_s, const std::optional<TableEnd>& end);
+  SampleWriter(const std::string& path, const std::vector<std::string>& names, double step_s, Values values,
+               const std::optional<TableEnd>& end);
 
   void observe(const StepRecord& record) override;
   void finish(const StepRecord&) override { file_.flush(); }
   TableEnd sync() { return file_.sync(); }
 
  private:
-  FlowSampling sampling_;
   double step_s_;
+  Values values_;
   CsvFile file_;
 };
 

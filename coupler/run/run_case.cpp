@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "analysis/coefficients.hpp"
 #include "analysis/swimmer_report.hpp"
 #include "config/checks/checks.hpp"
 #include "config/sections/sections.hpp"
@@ -309,6 +310,8 @@ void CaseRun::finish() {
 
   events_.phase("finishing");
   auto analysis = swimmer_reports(the_case, observers_->cycles());
+  if (!the_case.output.coefficients.empty())
+    analysis["coefficients"] = coefficient_report(directory_.coefficients(), the_case);
   analysis["balance"] = observers_->balance().report();
   if (the_case.until_periodic)
     analysis["periodic"] = observers_->cycles().is_periodic(the_case.until_periodic->tolerance);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "analysis/coefficients.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "config/setups.hpp"
 
@@ -67,12 +68,21 @@ RunObservers::RunObservers(const LoadedCase& loaded, const RunDirectory& directo
                     resumed == nullptr ? 0 : resumed->step);
   }
   const FlowSampling flow = make_fluid_setup(loaded.content, loaded.assembly, "").flow;
-  const bool continues_flow = resumed != nullptr && resumed->tables.contains(directory.flow().filename().string());
+  const auto sample = [&](const std::filesystem::path& path, const std::vector<std::string>& names,
+                          const SampleWriter::Values& values) {
+    const bool continues = resumed != nullptr && resumed->tables.contains(path.filename().string());
+    samples_.try_emplace(path, path.string(), names, loaded.content.step_s, values,
+                         end_of(path, continues ? resumed : nullptr));
+  };
   if (flow.every_steps > 0 && loaded.content.output.writes_flow)
-    flow_.emplace(directory.flow().string(), flow, loaded.content.step_s,
-                  end_of(directory.flow(), continues_flow ? resumed : nullptr));
+    sample(directory.flow(), flow.names(), [flow](const StepRecord& record) {
+      return flow.values_in(record.step) > 0 ? record.raw.flow : Eigen::VectorXd();
+    });
+  if (!loaded.content.output.coefficients.empty())
+    sample(directory.coefficients(), coefficient_columns(loaded.content),
+           [&loaded](const StepRecord& record) { return coefficients_in(record, loaded); });
   all_ = {trajectory_.get(), &cycles_, &balance_, &progress_};
-  if (flow_) all_.push_back(&*flow_);
+  for (auto& [path, writer] : samples_) all_.push_back(&writer);
   if (bodies_) all_.insert(all_.begin() + 1, &*bodies_);
   if (obstacles_) all_.insert(all_.begin() + 1, &*obstacles_);
 }
@@ -91,7 +101,7 @@ TableEnds RunObservers::sync_files() {
   TableEnds ends{{trajectory_path_.filename().string(), trajectory_->sync()}};
   if (obstacles_) ends[obstacles_path_.filename().string()] = obstacles_->sync();
   if (bodies_) bodies_->sync();
-  if (flow_) ends[directory_.flow().filename().string()] = flow_->sync();
+  for (auto& [path, writer] : samples_) ends[path.filename().string()] = writer.sync();
   if (cycle_table_) ends[directory_.cycles().filename().string()] = cycle_table_->sync();
   return ends;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -44,9 +45,9 @@ class RunObservers final : public Observer {
   std::filesystem::path trajectory_path_;
   std::unique_ptr<TrajectoryWriter> trajectory_;
   std::filesystem::path obstacles_path_;
-  std::optional<ObstacleWriter> obstacles_;  ///< where there are any with loads
-  std::optional<BodiesWriter> bodies_;       ///< if asked for
-  std::optional<FlowWriter> flow_;           ///< likewise
+  std::optional<ObstacleWriter> obstacles_;                ///< where there are any with loads
+  std::optional<BodiesWriter> bodies_;                     ///< if asked for
+  std::map<std::filesystem::path, SampleWriter> samples_;  ///< flow.csv, coefficients.csv; likewise
   Progress progress_;
   std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
   CycleObserver cycles_;

@@ -30,6 +30,7 @@ class RunDirectory {
   [[nodiscard]] std::filesystem::path bodies() const { return root_ / "bodies.pvd"; }
   [[nodiscard]] std::filesystem::path cycles() const { return root_ / "cycles.csv"; }
   [[nodiscard]] std::filesystem::path flow() const { return root_ / "flow.csv"; }
+  [[nodiscard]] std::filesystem::path coefficients() const { return root_ / "coefficients.csv"; }
   [[nodiscard]] std::filesystem::path checkpoints() const { return root_ / "checkpoints"; }
   [[nodiscard]] std::filesystem::path summary() const { return root_ / "summary.json"; }
 

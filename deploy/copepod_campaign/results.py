@@ -74,7 +74,7 @@ def text(entries: Sequence[Entry]) -> str:
     width = max(map(len, labels)) + 2
     lines = []
     for label, row in zip(labels, rows):
-        speeds = [key for key in ("u_swim_lattice", "kinematics.u_along_um_per_s") if key in row.figures]
+        speeds = [key for key in ("u_swim_lattice", "kinematics.u_along_um_per_s", "drag.mean") if key in row.figures]
         shown = " ".join(f"{FIGURES[key]} {_cell(row.figures[key])}" for key in speeds)
         lines.append(f"  {label:<{width}}{_state_text(row.entry):<24}{shown}".rstrip())
     return "\n".join(lines)

@@ -38,6 +38,7 @@ _CONTENT = {
     "obstacles.csv": ("loads on obstacles over time", "text/csv"),
     "obstacles.npy": _ARRAY,
     "obstacles_names.txt": ("names of the obstacles", "text/plain"),
+    "coefficients.csv": ("drag and lift coefficients over time", "text/csv"),
     "flow.csv": ("totals of the flow, velocity and pressure at probes over time", "text/csv"),
     "cycles.csv": ("velocity, rotation, arms and power of every swimmer in each cycle", "text/csv"),
     "bodies.pvd": ("surfaces of the bodies over time, for ParaView", "application/xml"),
@@ -88,8 +89,8 @@ def _graph(folder: Path, sums: dict[str, str], author: str, license_of_data: str
     """The entities of the description: crate, files, run, software and measured quantities."""
     provenance, summary = (read_object(folder / f"{name}.json") for name in ("provenance", "summary"))
     files = [_file(folder, name, sums) for name in _CONTENT if (folder / name).exists()]
-    tables = (folder / name for name in ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv"))
-    columns = [column for table in tables for column in _columns(table)]
+    tables = ("trajectory.csv", "trajectory.npy", "cycles.csv", "flow.csv", "coefficients.csv")
+    columns = [column for name in tables for column in _columns(folder / name)]
     digest = {**_entity("#digest", "PropertyValue", "digest"), "value": summary["digest"]}
     license_url = license_of_data if "://" in license_of_data else f"https://spdx.org/licenses/{license_of_data}"
     crate = {

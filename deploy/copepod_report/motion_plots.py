@@ -87,7 +87,7 @@ def displacements(run: RunRecord) -> Any:
 
 
 def flow_over_time(path: Path) -> Any:
-    """What flow.csv has, or None without samples."""
+    """What flow.csv or coefficients.csv has, or None without samples."""
     text = path.read_text() if path.exists() else ""
     rows = list(csv.reader(text[: text.rfind("\n")].splitlines()))  # the last one may be half written
     if len(rows) < 3:
@@ -95,6 +95,7 @@ def flow_over_time(path: Path) -> Any:
     columns = dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
     quantities = {"energy [J]": "kinetic_energy_J", "dissipation [W]": "dissipation_W"}
     quantities |= {"velocity [m/s]": r".*\.v._m_per_s", "pressure [Pa]": r".*\.pressure_Pa"}
+    quantities |= {"drag coefficient": r".*\.drag", "lift coefficient": r".*\.lift"}
     found = {label: [name for name in columns if re.fullmatch(form, name)] for label, form in quantities.items()}
     shown = {label: names for label, names in found.items() if names}
     figure, panels = new_figure(0.4 + 1.5 * len(shown), nrows=len(shown), sharex=True, squeeze=False)
@@ -103,6 +104,10 @@ def flow_over_time(path: Path) -> Any:
         for name in names:
             panel.plot(columns["time_s"], columns[name], linewidth=1.2, label=name.rpartition("_m_per_s")[0] or name)
         panel.set_ylabel(label)
+        if label.endswith("coefficient"):  # a sudden start takes many times as much
+            late = np.concatenate([columns[name][len(rows) // 2 :] for name in names])
+            margin = max(np.ptp(late) / 2, 0.1 * np.abs(late).max(), 1e-9)
+            panel.set_ylim(late.min() - margin, late.max() + margin)
         if 1 < len(names) <= 12:
             legend_above(panel, columns=6)
     panels.flat[-1].set_xlabel("time [s]")

@@ -126,8 +126,10 @@ def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, flow_view: flow.Vie
             "the own axis at the start of the last."
         )
         figures += canvas.draw(f"{prefix}_paths", cycles.paths(run.cycles), text)
-    samples = read_file(run.directory / "flow.csv", motion_plots.flow_over_time)
-    figures += canvas.draw(f"{prefix}_flow_over_time", samples, "The flow over time, and at its probes.")
+    texts = {"flow": "The flow over time, and at its probes.", "coefficients": "Drag and lift over time."}
+    for name, text in texts.items():
+        samples = read_file(run.directory / f"{name}.csv", motion_plots.flow_over_time)
+        figures += canvas.draw(f"{prefix}_{name}_over_time", samples, text)
     return figures + _flow_figure(run, canvas, prefix, flow_view)
 
 

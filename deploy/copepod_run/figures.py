@@ -32,6 +32,8 @@ FIGURES = {
     "kinematics.power_W": "power [W]",
     "kinematics.tilt_rad": "tilt [rad]",
     **{f"rotation_degrees.{axis}": f"turn about {axis} [°/cycle]" for axis in "xyz"},
+    **{f"{force}.{figure}": f"{figure} {force}" for force in ("drag", "lift") for figure in ("mean", "rms")},
+    "strouhal.mean": "Strouhal number",
 }
 
 
@@ -155,6 +157,15 @@ _SWIMMER_ROWS = (
     ("Re_bodies.B2", "Re of B2, trailing", ""),
     ("Re_bodies.B1", "Re of B1, middle", ""),
     ("Re_bodies.B3", "Re of B3, leading", ""),
+    ("drag.mean", "drag coefficient", ""),
+    ("drag.rms", "root mean square about it", ""),
+    ("drag.half_span", "half of its span", ""),
+    ("lift.mean", "lift coefficient", ""),
+    ("lift.rms", "root mean square about it", ""),
+    ("lift.half_span", "half of its span", ""),
+    ("strouhal.mean", "Strouhal number", ""),
+    ("strouhal.half_span", "half of its span", ""),
+    ("strouhal.periods", "periods of the lift", ""),
 )
 
 # the same of the last full cycle of a swimmer of any shape: key of its `kinematics`
@@ -268,13 +279,13 @@ def swimmer_table(swimmer: Mapping[str, Any]) -> tuple[list[str], list[tuple[str
 
 def reason_without_rows(swimmer: Mapping[str, Any]) -> str:
     """Why a swimmer has no figures."""
-    note = at(swimmer, "kinematics.note")
+    note = swimmer.get("note") or at(swimmer, "kinematics.note")
     return f"not analysed, {note or 'the run ended before a full cycle of its drive did'}"
 
 
 def measured(summary: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The entries of all swimmers and groups."""
-    return [*(summary.get("swimmers") or []), *(summary.get("groups") or [])]
+    """The entries of all swimmers and groups, and of what has coefficients."""
+    return [entry for kind in ("swimmers", "groups", "coefficients") for entry in summary.get(kind) or []]
 
 
 def swarm_rows(summary: Mapping[str, Any]) -> list[tuple[str, str, Any]]:

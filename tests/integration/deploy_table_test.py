@@ -121,6 +121,23 @@ class ResultTable(unittest.TestCase):
         self.assertEqual(self.row("this run", summary)[0], "pair")
         self.assertEqual(self.row("across", summary)[-2:], ["2702", "µm/s"])
 
+    def test_coefficients_follow_them_with_a_row_for_each_figure(self):
+        force = {"mean": 3.2584, "rms": 0.0434, "half_span": 0.0615}
+        shedding = {"name": "cylinder", "drag": force, "lift": {**force, "mean": -0.0182}}
+        shedding["strouhal"] = {"mean": 0.29846, "half_span": 0.0008, "periods": 10}
+        summary = {**SUMMARY, "coefficients": [shedding, {"name": "rock", "note": "the run ended before step 70"}]}
+        self.assertEqual(self.row("drag coefficient", summary)[-1], "3.258")
+        self.assertEqual(self.row("lift coefficient", summary)[-1], "-0.0182")
+        self.assertEqual(self.row("Strouhal number", summary)[-1], "0.2985")
+        self.assertEqual(self.row("periods", summary)[-1], "10")
+        self.assertEqual(result_table(summary, "runs/a").count("half of its span"), 3)
+        self.assertIn("rock: not analysed, the run ended before step 70", result_table(summary, "runs/a"))
+        figures = {key: figure.ours for key, figure in compared(shedding).items()}
+        columns = {"drag.mean": 3.2584, "drag.rms": 0.0434, "lift.mean": -0.0182, "lift.rms": 0.0434}
+        self.assertEqual(figures, {**columns, "strouhal.mean": 0.29846})
+        steady = {**summary, "coefficients": [{**shedding, "strouhal": None}]}
+        self.assertNotIn("Strouhal", result_table(steady, "runs/a"))
+
     def test_three_beads_in_a_row_have_the_figures_of_the_paper_and_no_second_efficiency(self):
         summary = {**SUMMARY, "swimmers": [{**SWIMMER, "kinematics": {**KINEMATICS, "efficiency": 0.1}}]}
         self.assertEqual(self.row("efficiency", summary)[-1], "0.00052")

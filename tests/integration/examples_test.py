@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import sys
 import unittest
 from pathlib import Path
 
@@ -14,7 +13,6 @@ sys.path[:0] = [str(ROOT / "python"), str(ROOT / "examples/python")]
 
 import h5py  # noqa: E402
 import solenoidal_flow  # noqa: E402
-import wake  # noqa: E402
 
 PROGRAMS = Path(os.environ.get("COPEPOD_BUILT_PROGRAMS", ROOT / "build/bin"))
 SPEEDS = {  # in cells per step, along the own axis
@@ -62,17 +60,6 @@ class Examples(CommandTest):
         for line in shown:
             if "…" not in line and "change in last cycle" not in line:  # the change is rounding
                 self.assertIn(" ".join(line.split()), printed)
-
-    def test_wake_has_the_figures_of_a_known_oscillation(self):
-        time_s = np.linspace(0.0, 13.3, 4001)
-        phase = 2 * np.pi * 1.7 * time_s
-        oscillating, steady = (
-            wake.figures(time_s, 1.2 + 0.1 * np.cos(2 * phase), 0.05 + lift * np.sin(phase), 2.0, 0.5)
-            for lift in (0.3, 0.0)
-        )
-        for name, value, spread in (("drag", 1.2, 0.1), ("lift", 0.05, 0.3), ("Strouhal number", 1.7 * 0.5 / 2, 0.0)):
-            np.testing.assert_allclose(oscillating[name], (value, spread), atol=1e-3)
-        self.assertNotIn("Strouhal number", steady)
 
     def test_swarm_is_placed(self):
         session = self.start("run", ROOT / "configs/examples/swarm.yaml", "--set", "run.steps=20", "--out", "out")

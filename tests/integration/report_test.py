@@ -18,6 +18,7 @@ from surfaces import with_surfaces
 from synthetic_run import ARMS, CELL_M, PERIOD, SPEED, STEP_S, write_run, write_unfinished_run
 from copepod_report.cycles import by_cycle, centroids_m, kinematics_so_far, paths, read_cycles
 from copepod_report.flow import View, choose, draw, strongest_plane
+from copepod_report.motion_plots import flow_over_time
 from copepod_report.report import film_of, page_of
 from copepod_report.run_record import RunRecord, collect, fit_arm, name_apart
 from copepod_report.style import LIGHT, new_figure, picture_of, svg_of
@@ -57,6 +58,22 @@ class Report(CommandTest):
         )
         for path in (self.folder / "run/report").glob("*.png"):
             self.assertTrue(path.read_bytes().startswith(PNG))
+
+    def test_coefficients_are_drawn_over_time_where_they_have_settled(self):
+        write_run(self.folder / "run", mean_flow=False)
+        time_s = np.linspace(0, 3, 301)
+        drag = np.where(time_s < 0.1, 40.0, 3.2 + 0.06 * np.sin(time_s))
+        lines = [
+            f"{step},{time},{of_drag},{0.9 * np.sin(time)}" for step, (time, of_drag) in enumerate(zip(time_s, drag))
+        ]
+        table = self.folder / "run/coefficients.csv"
+        table.write_text("\n".join(["step,time_s,rock.drag,rock.lift", *lines, "301,3.0"]))
+        of_drag, of_lift = flow_over_time(table).axes
+        self.assertLess(of_drag.get_ylim()[1], 4)
+        self.assertGreater(of_drag.get_ylim()[1], 3.26)
+        self.assertEqual((of_drag.get_ylabel(), of_lift.get_ylabel()), ("drag coefficient", "lift coefficient"))
+        self.assertEqual(self.report("run")[0], 0)
+        self.assertTrue((self.folder / "run/report/design_a_coefficients_over_time.png").exists())
 
     def test_page_needs_nothing_but_itself(self):
         write_run(self.folder / "run")

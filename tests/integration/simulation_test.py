@@ -230,11 +230,61 @@ class SimulationTest(unittest.TestCase):
                 with self.assertRaisesRegex(copepod.Error, "checkpoint cannot be written"):
                     kept_nowhere.write_checkpoint()
 
+    def test_coefficients_are_those_of_the_command_on_any_ranks_whether_cut_short_or_not(self):
+        """A square stream past half a ball and a swimmer's bead; the other half is the ball's mirror image."""
+        fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1000, "kinematic_viscosity_m2_per_s": 1e-6}
+        fluid |= {"cell_size_m": 1e-3, "domain_cells": [12, 24, 12], "relaxation_time": 0.8}
+        inflow = {"low": {"velocity_m_per_s": [0, 5e-4, 0]}, "high": "outflow"}
+        fluid |= {"symmetry_planes": ["z"], "boundaries": {"x": "free_slip", "y": inflow, "z": "free_slip"}}
+        ball = {"name": "ball", "radius_m": 2e-3, "density_kg_per_m3": 1000, "position_m": [6e-3, 9e-3, 6e-3]}
+        rock = {"name": "rock", "shape": "sphere", "radius_m": 2e-3, "position_m": [6e-3, 16e-3, 3e-3], "loads": True}
+        of_stream = {"speed_m_per_s": 5e-4, "area_m2": 1e-5, "length_m": 4e-3}
+        output = {"trajectory": {"every_steps": 4, "format": "npy"}}
+        output["coefficients"] = [{"of": name, **of_stream, "from_step": 30} for name in ("ball", "rock")]
+        case = {"case": "stream", "fluid": fluid, "bodies": [{**ball, "motion": "fixed"}], "obstacles": [rock]}
+        case |= {"run": {"steps": 120}, "output": output}
+        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(action="ignore"):
+            run = copepod.run(case, f"{folder}/run", quiet=True)
+            settings = {"services.transport": "in_process"}
+            copepod.run(case, f"{folder}/ranks", set=settings, ranks=2, quiet=True)
+            with copepod.Simulation(case, f"{folder}/cut") as cut:
+                cut.step(50)
+                cut.write_checkpoint()
+                cut.step(7)
+            with copepod.Simulation.resume(f"{folder}/cut", set={"output.coefficients.0.from_step": 40}) as resumed:
+                resumed.step(70)
+            with self.assertRaisesRegex(copepod.CaseError, "another case .output.coefficients.0.area_m2 is 2.0, was"):
+                copepod.Simulation.resume(f"{folder}/cut", set={"output.coefficients.0.area_m2": 2})
+            image = {**rock, "name": "image", "position_m": [6e-3, 16e-3, 9e-3]}
+            settings = {"fluid.symmetry_planes": [], "obstacles": [rock, image]}
+            whole = copepod.run(case, f"{folder}/whole", set=settings, quiet=True)
+            tables = {path.parent.name: path.read_text() for path in Path(folder).glob("*/coefficients.csv")}
+            self.assertEqual(tables["run"], tables["ranks"])
+            self.assertEqual(tables["run"], tables["cut"])
+            ball_of_cut, rock_of_cut = copepod.load(f"{folder}/cut").summary["coefficients"]
+            figures, rock_of_run = run.summary["coefficients"]
+            self.assertEqual(copepod.load(f"{folder}/ranks").summary["coefficients"], [figures, rock_of_run])
+            self.assertEqual(rock_of_cut, rock_of_run)
+            self.assertNotEqual(ball_of_cut["drag"], figures["drag"])
+            for name, table, found in (("ball", run.trajectory, figures), ("rock", run.obstacles, rock_of_run)):
+                forces = table.loc[name].loc[32:116]
+                self.assertAlmostEqual(found["drag"]["mean"], forces["fy_N"].mean() / (500 * 5e-4**2 * 1e-5), 12)
+                self.assertAlmostEqual(found["lift"]["rms"], forces["fz_N"].std(ddof=0) / (500 * 5e-4**2 * 1e-5), 12)
+            self.assertGreater(figures["drag"]["mean"], 1.0)
+            for of_half, of_whole in zip(run.summary["coefficients"], whole.summary["coefficients"]):
+                self.assertAlmostEqual(of_whole["drag"]["mean"], of_half["drag"]["mean"], 6)
+            self.assertAlmostEqual(figures["lift"]["mean"], 0.0, 12)
+            self.assertIn("drag coefficient", str(run))
+            with copepod.Simulation(case) as kept_nowhere:
+                kept_nowhere.step(5)
+
     def test_one_that_ends_before_its_first_step_is_a_whole_run(self):
         ball = {"name": "still", "shape": "sphere", "radius_m": 2e-6, "position_m": [8e-6, 8e-6, 8e-6], "loads": True}
         fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1360, "kinematic_viscosity_m2_per_s": 7.36e-5}
         fluid |= {"cell_size_m": 1e-6, "domain_cells": [16, 16, 16], "relaxation_time": 0.8}
         channel = {"case": "channel", "fluid": fluid, "obstacles": [ball], "bodies": [], "run": {"steps": 9}}
+        drag = {"of": "still", "speed_m_per_s": 1, "area_m2": 1, "length_m": 1}
+        channel["output"] = {"trajectory": {"every_steps": 1}, "coefficients": [drag]}
         with tempfile.TemporaryDirectory() as folder:
             for name, case in (("stroke", STROKE), ("channel", channel)):
                 copepod.Simulation(case, f"{folder}/{name}").close()
@@ -242,6 +292,7 @@ class SimulationTest(unittest.TestCase):
                 self.assertEqual((run.status, run.summary["steps"]), ("finished", 0))
                 table = run.trajectory if name == "stroke" else run.obstacles
                 self.assertEqual({step for _, step in table.index}, {0})
+            self.assertEqual(run.summary["coefficients"], [{"name": "still", "note": "the run ended before step 4"}])
 
     def test_mistakes_are_named(self):
         with self.assertRaisesRegex(copepod.CaseError, "fluid.solver is missing"):

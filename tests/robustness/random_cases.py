@@ -154,7 +154,7 @@ def _outcome(folder, ended):
     if ended.returncode not in (0, 70):
         return Outcome(ended.returncode, reason=(ended.stderr or ended.stdout).strip()[-400:])
     rest = {}
-    for table in ("trajectory", "obstacles", "flow"):
+    for table in ("trajectory", "obstacles", "flow", "coefficients"):
         for path in (folder / f"{table}.csv", folder / f"{table}.npy"):
             rest |= {table: path.read_bytes()} if path.exists() else {}
     if ended.returncode == 70:
@@ -163,7 +163,7 @@ def _outcome(folder, ended):
         reason = re.sub(r"^.*, rank \d+, (at|after) step \d+: ", "", reason)
         return Outcome(70, reason=reason, step=step[1] or step[2] if step else "", rest=rest)
     summary = json.loads((folder / "summary.json").read_text())
-    for key in ("steps", "mass_drift", "momentum_drift", "swimmers", "groups"):
+    for key in ("steps", "mass_drift", "momentum_drift", "swimmers", "groups", "coefficients"):
         rest[key] = summary.get(key)
     cycles = folder / "cycles.csv"
     rest["cycles"] = cycles.read_bytes() if cycles.exists() else b""

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -208,6 +209,32 @@ void check_strokes(const Case& the_case, Problems& problems) {
   }
 }
 
+void check_coefficients(const Case& the_case, const Assembly& assembly, Problems& problems) {
+  const std::int64_t every_steps = the_case.output.trajectory_every_steps;
+  const std::int64_t last = every_steps > 0 ? (the_case.steps - 1) / every_steps * every_steps : 0;
+  std::set<std::string> known, seen;
+  for (const BodySpecification& body : assembly.bodies) known.insert(body.name);
+  for (const ObstacleSpecification& obstacle : the_case.fluid.obstacles)
+    if (obstacle.loads) known.insert(obstacle.name);
+  for (std::size_t i = 0; i < the_case.output.coefficients.size(); ++i) {
+    const Coefficients& each = the_case.output.coefficients[i];
+    const auto reject_if = [&](bool is_wrong, const char* key, const std::string& problem) {
+      if (is_wrong) problems.reject("output.coefficients." + std::to_string(i) + key, problem);
+    };
+    reject_if(the_case.fluid.density_kg_per_m3 == 0.0, "",
+              "needs the fluid's density (it is a force by ρ U² A/2). Give fluid.density_kg_per_m3.");
+    reject_if(!known.contains(each.of), ".of",
+              "is '" + each.of + "' (neither a body nor an obstacle with loads). Give the obstacle loads: true.");
+    reject_if(!seen.insert(each.of).second, ".of", "is '" + each.of + "' again (names of columns). Remove one.");
+    reject_if(std::abs(each.drag_axis.dot(each.lift_axis)) > 1e-3, ".lift_axis",
+              "is not perpendicular to drag_axis (the lift would hold drag). Give a direction across it.");
+    reject_if(each.from_step > last || last == 0, ".from_step",
+              "is " + std::to_string(each.from_step) +
+                  ", the last sample of the trajectory before the end that of step " + std::to_string(last) +
+                  " (nothing is left to evaluate). Start earlier, or sample more often.");
+  }
+}
+
 void check_output(const Case& the_case, Problems& problems) {
   const OutputCase& output = the_case.output;
   const std::int64_t start = output.fields.mean_start, stop = output.fields.mean_stop;
@@ -297,6 +324,8 @@ void check_case(const Case& the_case, const Assembly& assembly, Problems& proble
   if (time && springs && !problems.any()) check_mixture(the_case, assembly, problems);
   if (time && springs && !problems.any()) check_contact(the_case, assembly, problems);
   if (run && !problems.any_under("output")) check_output(the_case, problems);
+  if (run && bodies && !problems.any_under("output") && !problems.any_under("body.model"))
+    check_coefficients(the_case, assembly, problems);
   if (domain) check_services(the_case, problems);
 }
 

@@ -170,6 +170,17 @@ struct ContactCase {
   std::optional<double> stiffness_N_per_m;  ///< absent: by the rule of setups.hpp
 };
 
+/// Drag and lift of a body or obstacle as coefficients [analysis/coefficients.hpp].
+struct Coefficients {
+  std::string of;
+  double speed_m_per_s = 0.0;
+  double area_m2 = 0.0;
+  double length_m = 0.0;
+  Eigen::Vector3d drag_axis = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d lift_axis = Eigen::Vector3d::UnitY();
+  std::int64_t from_step = 0;  ///< first that is evaluated
+};
+
 enum class TrajectoryFormat { by_bodies, csv, npy };
 
 struct OutputCase {
@@ -180,7 +191,8 @@ struct OutputCase {
   std::int64_t bodies_every_steps = 0;                               ///< 0: no surfaces of the bodies
   FieldOutput fields;                                                ///< its directory is that of the run
   FlowSampling flow;
-  bool writes_flow = true;                  ///< its samples, to flow.csv
+  bool writes_flow = true;  ///< its samples, to flow.csv
+  std::vector<Coefficients> coefficients;
   std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time
   bool wire = false;                        ///< record every message

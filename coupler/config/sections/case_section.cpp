@@ -185,7 +185,7 @@ void declare(Keys& keys, Case& the_case) {
                             [](Keys& below, ContactCase& contact) { declare(below, contact); });
   keys.section(required("run"), "Length of the run.", [&](Keys& run) { declare_run(run, the_case); });
   keys.section("output", "What is written to the run directory.",
-               [&](Keys& output) { declare(output, the_case.output, the_case.steps); });
+               [&](Keys& output) { declare(output, the_case.output, the_case.fluid, the_case.steps); });
   keys.section("services", "How the components are started; read by the deploy command.",
                [&](Keys& services) { declare(services, the_case.services); });
   declare_set_aside(keys);
@@ -238,8 +238,11 @@ ordered_json case_schema() {
 
 ordered_json physics_of(Case the_case) {
   for (Swimmer& swimmer : the_case.swimmers) swimmer.published.clear();
+  for (Coefficients& each : the_case.output.coefficients) each.from_step = 0;
   ordered_json physics = resolved(std::move(the_case));
+  const ordered_json coefficients = physics["output"].value("coefficients", ordered_json());
   for (const char* section : {"run", "output", "services"}) physics.erase(section);
+  if (!coefficients.is_null()) physics["output"]["coefficients"] = coefficients;
   return physics;
 }
 

@@ -111,6 +111,30 @@ void declare_flow(Keys& keys, FlowSampling& flow) {
             });
 }
 
+/// The direction of the first inflow, or suction; without one x.
+Eigen::Vector3d stream_direction(const FluidCase& fluid) {
+  for (std::size_t face = 0; face < fluid.boundaries.size(); ++face)
+    if (fluid.boundaries[face].lets_in(face)) return fluid.boundaries[face].velocity_m_per_s.normalized();
+  return Eigen::Vector3d::UnitX();
+}
+
+void declare_coefficients(Keys& item, Coefficients& each, const FluidCase& fluid, std::int64_t steps) {
+  item.name(required("of"), each.of, "A body, or an obstacle with loads: true.");
+  item.number(required("speed_m_per_s"), each.speed_m_per_s, Range::positive, "U, of the stream.");
+  item.number(required("area_m2"), each.area_m2, Range::positive, "A, of the whole body also where it is mirrored.");
+  item.number(required("length_m"), each.length_m, Range::positive, "L, such as the diameter.");
+  if (item.reads()) each.drag_axis = stream_direction(fluid);
+  declare_direction(item, {"drag_axis", Need::in_some_cases}, each.drag_axis,
+                    "Direction of the drag; it is normalised. Default: that of the inflow, or x.");
+  if (item.reads()) each.lift_axis = {each.drag_axis[2], each.drag_axis[0], each.drag_axis[1]};
+  declare_direction(item, {"lift_axis", Need::in_some_cases}, each.lift_axis,
+                    "Direction of the lift, across the drag; it is normalised. Default: y for a drag along x, z for y, "
+                    "x for z.");
+  if (item.reads()) each.from_step = steps / 2;
+  item.integer({"from_step", Need::in_some_cases}, each.from_step, Range::not_negative,
+               "First step that is evaluated. Default: half of run.steps.");
+}
+
 /// The sum of the fluid's ranks on all hosts, each "name" (one rank) or "name:ranks".
 int ranks_of_hosts(Keys& services, const std::vector<std::string>& hosts) {
   static const std::regex form("([A-Za-z0-9][A-Za-z0-9_.-]*)(:([0-9]{1,5}))?");
@@ -160,7 +184,7 @@ void settle_hosts(Keys& keys, ServicesCase& services) {
 
 }  // namespace
 
-void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
+void declare(Keys& keys, OutputCase& output, const FluidCase& fluid, std::int64_t steps) {
   keys.section("trajectory", "trajectory.csv or trajectory.npy.", [&](Keys& trajectory) {
     trajectory.integer("every_steps", output.trajectory_every_steps, Range::not_negative,
                        "Steps between samples; 0: only first and last step.");
@@ -180,6 +204,11 @@ void declare(Keys& keys, OutputCase& output, std::int64_t steps) {
                [&](Keys& fields) { declare_fields(fields, output.fields); });
   keys.section("flow", "flow.csv: figures of the flow over time. With solver: lattice_boltzmann.",
                [&](Keys& flow) { declare_flow(flow, output.flow); });
+  if (keys.written_if(!output.coefficients.empty()))
+    keys.list("coefficients", output.coefficients,
+              "Drag and lift coefficients 2 F/(ρ U² A) over time in coefficients.csv, at the steps of the trajectory; "
+              "their means and the Strouhal number f L/U in summary.json.",
+              [&](Keys& item, Coefficients& each) { declare_coefficients(item, each, fluid, steps); });
   keys.section("checkpoint", "Restart points.", [&](Keys& checkpoint) {
     checkpoint.integer("every_steps", output.checkpoint_every_steps, Range::not_negative,
                        "Steps between checkpoints; 0: not by steps.");

@@ -36,7 +36,7 @@ void declare(Keys& keys, NamedJoint& joint, double step_s);
 void declare(Keys& keys, NamedActuator& actuator, double step_s);
 void declare(Keys& keys, ControllerCase& controller);
 void declare(Keys& keys, Drive& drive, double step_s);
-void declare(Keys& keys, OutputCase& output, std::int64_t steps);
+void declare(Keys& keys, OutputCase& output, const FluidCase& fluid, std::int64_t steps);
 void declare(Keys& keys, ServicesCase& services);
 void declare(Keys& keys, Swimmer& swimmer, double step_s, bool has_center);
 
@@ -79,7 +79,7 @@ nlohmann::ordered_json case_schema();
 /// Paths of all keys, with [] for the items of lists.
 const std::vector<std::string>& case_keys();
 
-/// The resolved case without length of the run, output, services and published figures.
+/// The resolved case without length of the run, output but for the coefficients, services and published figures.
 nlohmann::ordered_json physics_of(Case the_case);
 /// What makes two runs the same physics: its digest.
 std::string case_key(const Case& the_case);

@@ -143,7 +143,8 @@ const Travels body_travels{
     {"gravity_m_per_s2", {"gravity_m_per_s2=[0, 0, -1]"}},
     {"fluid_density_kg_per_m3", {"fluid.density_kg_per_m3=1300"}},
     {"periodic_length_m", {"fluid.boundaries.x=periodic"}},
-    {"bodies.name", {"bodies.0.name=globe", "springs.0.bodies=[globe, swimmer.B2]", "actuators=[]"}},
+    {"bodies.name",
+     {"bodies.0.name=globe", "springs.0.bodies=[globe, swimmer.B2]", "actuators=[]", "output.coefficients=null"}},
     {"bodies.shape.kind", {"bodies.0.shape=capsule"}},
     {"bodies.shape.radius_m", {"bodies.0.radius_m=2.1e-6"}},
     {"bodies.shape.length_m", {"bodies.0.shape=capsule", "bodies.0.length_m=1.0e-6"}},
@@ -341,6 +342,14 @@ TEST(KeysOfTheCoupler, SurviveTheResolvedCase) {
   EXPECT_EQ(again.content.load_averaging, loaded.content.load_averaging);
   EXPECT_EQ(again.content.output.checkpoint_every_steps, loaded.content.output.checkpoint_every_steps);
   EXPECT_EQ(again.content.services.silence_s, loaded.content.services.silence_s);
+  const auto &coefficients = loaded.content.output.coefficients[0], &same = again.content.output.coefficients[0];
+  EXPECT_EQ(same.of, "ball");
+  EXPECT_EQ(same.speed_m_per_s, coefficients.speed_m_per_s);
+  EXPECT_EQ(same.area_m2, coefficients.area_m2);
+  EXPECT_EQ(same.length_m, coefficients.length_m);
+  EXPECT_EQ(same.drag_axis, Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(same.lift_axis, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(same.from_step, 6000);
 }
 
 INSTANTIATE_TEST_SUITE_P(Setups, KeyTravel, testing::Values(true, false),

@@ -54,6 +54,27 @@ TEST(Run, MustGiveItsStepsIfNoCyclesDo) {
   }
 }
 
+TEST(Coefficients, AreAlongTheInflowAndOfTheSecondHalfUnlessTheCaseGivesOthers) {
+  const std::string given = "output.coefficients=[{of: ball, speed_m_per_s: 1, area_m2: 1, length_m: 1}]";
+  const auto found = [&](const std::string& faces) {
+    return with_every_key({given, "fluid.boundaries.z=" + faces}).content.output.coefficients[0];
+  };
+  const Coefficients at_rest = found("no_slip"),
+                     suction = found("{low: {velocity_m_per_s: [0, 0, -0.1]}, high: outflow}");
+  EXPECT_EQ(at_rest.drag_axis, Eigen::Vector3d::UnitX());
+  EXPECT_EQ(at_rest.lift_axis, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(at_rest.from_step, 7500);
+  EXPECT_EQ(suction.drag_axis, -Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(suction.lift_axis, -Eigen::Vector3d::UnitX());
+}
+
+TEST(Coefficients, BelongToTheCaseThatARunIsContinuedWithButNotTheStepThatTheyStartAt) {
+  const std::string key = case_key(with_every_key().content);
+  EXPECT_EQ(case_key(with_every_key({"output.coefficients.0.from_step=9000"}).content), key);
+  EXPECT_EQ(case_key(with_every_key({"output.trajectory.every_steps=10"}).content), key);
+  EXPECT_NE(case_key(with_every_key({"output.coefficients.0.area_m2=1.0e-11"}).content), key);
+}
+
 TEST(FluidSetup, CarriesEverythingThatTheCaseSays) {
   const LoadedCase loaded = with_every_key();
   const FluidSetup setup = make_fluid_setup(loaded.content, loaded.assembly, "/somewhere");
