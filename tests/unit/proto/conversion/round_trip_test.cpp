@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "conversion/codec.hpp"
+#include "conversion/text.hpp"
 #include "copepod/v1/envelope.pb.h"
 #include "samples.hpp"
 
@@ -407,6 +408,20 @@ TEST_F(RoundTrip, TellsMessagesWithoutFieldsApart) {
     EXPECT_EQ(send(kind), kind);
   }
   EXPECT_THROW(send(MessageKind::loads), std::logic_error);
+}
+
+TEST(Text, HasAQuestionMarkForEveryByteThatIsNotUtf8) {
+  const std::string ends = "A\x7F\xC2\x80\xDF\xBF\xE0\xA0\x80\xED\x9F\xBF\xEE\x80\x80\xF0\x90\x80\x80\xF4\x8F\xBF\xBF";
+  EXPECT_EQ(as_utf8(ends, 100), ends);
+  // Overlong ones, halves of surrogate pairs, numbers beyond the last, and what is cut off.
+  for (const std::string wrong : {"\x80", "\xC1\xBF", "\xE0\x9F\xBF", "\xED\xA0\x80", "\xF0\x8F\xBF\xBF",
+                                  "\xF4\x90\x80\x80", "\xF5\x80\x80\x80", "\xFE", "\xFF", "\xE2\x82", "\xE2\x28\xA1"}) {
+    std::string due(wrong.size(), '?');
+    if (wrong.find('(') != std::string::npos) due[1] = '(';
+    EXPECT_EQ(as_utf8("a" + wrong + "b", 100), "a" + due + "b");
+  }
+  EXPECT_EQ(as_utf8("a\xC2\x80", 2), "a");
+  EXPECT_EQ(as_utf8("a\xFF\xFF", 2), "a?");
 }
 
 }  // namespace
