@@ -20,7 +20,6 @@ import copepod
 import numpy
 
 RADIUS = 1.0e-6  # m
-BEFORE = 28  # actions before a cycle is measured, so that the flow repeats itself
 
 
 @dataclass(frozen=True)
@@ -143,28 +142,29 @@ def learn(environment, actions, seed, rate=0.5, discount=0.9, explore=0.2):
     return Q, numpy.array(path)
 
 
-def greedy_cycle(environment, Q):
-    """Displacement in a cycle of the policy Q late in an episode, in radii, and the actions of that cycle."""
+def played(environment, choose):
+    """Displacement per four actions in radii, the mean of 200 actions after 40, and the last eight actions.
+
+    @param environment  whose episodes do not end
+    @param choose       the action, by the number of those before it and the observation
+    """
     seen, _ = environment.reset()
     moved, taken = 0.0, []
-    for number in range(60):
-        if number == BEFORE:
-            first = state_of(seen)
-        elif number > BEFORE and state_of(seen) == first:
-            break
-        action = int(Q[state_of(seen)].argmax())
-        seen, reward, *_ = environment.step(action)
-        if number >= BEFORE:
-            moved, taken = moved + reward, [*taken, action]
-    return moved, taken
+    for number in range(240):
+        taken.append(choose(number, seen))
+        seen, reward, *_ = environment.step(taken[-1])
+        moved += reward if number >= 40 else 0.0
+    return moved / 50, taken[-8:]
 
 
-def open_loop_cycle(environment, cycle):
-    """The same for a list of actions that is repeated without looking."""
-    environment.reset()
-    for number in range(BEFORE // len(cycle) * len(cycle)):
-        environment.step(cycle[number % len(cycle)])
-    return sum(environment.step(action)[1] for action in cycle)
+def play_greedily(environment, Q):
+    """The policy Q."""
+    return played(environment, lambda _, seen: int(Q[state_of(seen)].argmax()))
+
+
+def play_open_loop(environment, cycle):
+    """A list of actions that is repeated without looking."""
+    return played(environment, lambda number, _: cycle[number % len(cycle)])[0]
 
 
 def mobility_cycle(form, steps=400):
@@ -222,9 +222,9 @@ def main():
 
     form = NEAR if options.near or options.reynolds else FAR
     case, steps = lattice_case(form, options.reynolds) if options.reynolds else stokes_case(form)
-    environment = ThreeSpheres(case, form, steps, options.episode, options.wait)
+    environment, judge = (ThreeSpheres(case, form, steps, n, options.wait) for n in (options.episode, 0))
     where = f"lattice fluid, Re {options.reynolds:g}" if options.reynolds else "Stokes flow"
-    forward, backward = (open_loop_cycle(environment, cycle) for cycle in ([0, 1, 0, 1], [1, 0, 1, 0]))
+    forward, backward = (play_open_loop(judge, cycle) for cycle in ([0, 1, 0, 1], [1, 0, 1, 0]))
     theory = mobility_cycle(form)
     print(f"{where}; rods of {form.rod:g} radii, strokes of {form.stroke:g}, {steps} steps per action")
     print(f"mobility without inertia:      {theory:.5f} radii per cycle")
@@ -233,11 +233,12 @@ def main():
     paths = []
     for seed in range(1, options.seeds + 1):
         Q, path = learn(environment, options.actions, seed)
-        moved, taken = greedy_cycle(environment, Q)
+        moved, taken = play_greedily(judge, Q)
         paths.append(path)
         results["learned"].append({"seed": seed, "cycle": moved, "actions": taken, "Q": Q.tolist()})
-        print(f"seed {seed}: learned {taken}, {moved:+.5f} radii per cycle after {options.actions} actions", flush=True)
+        print(f"seed {seed}: learned {taken}, {moved:+.5f} radii per four actions, after {options.actions}", flush=True)
     environment.close()
+    judge.close()
     if options.picture:
         draw(paths, f"Learning to swim: {where}", options.picture)
     if options.table:
