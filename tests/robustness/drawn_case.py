@@ -689,6 +689,7 @@ class _Draw:
             place = [rng.random() * CELL_M * cells for cells in self.case["fluid"]["domain_cells"]]
             self.case["output"]["flow"]["probes"].append({"name": f"probe{number}", "position_m": place})
         of_stream = {"speed_m_per_s": self.speed(0.05), "area_m2": 10 * CELL_M**2, "length_m": 3 * CELL_M}
+        of_stream |= {"drag_axis": [1, 0, 0], "lift_axis": [0, 1, 0]}  # inflows may be oblique
         if self.placed:
             self.case["output"]["coefficients"] = [{"of": self.placed[0].name, **of_stream}]
 
