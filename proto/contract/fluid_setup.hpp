@@ -74,8 +74,8 @@ struct InitialFlow {
   InitialFlowKind kind = InitialFlowKind::rest;                ///< its form
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< for InitialFlowKind::uniform
   double speed_m_per_s = 0.0;  ///< U, for InitialFlowKind::taylor_green, taylor_green_3d
-  std::string file;            ///< absolute path, for InitialFlowKind::file: HDF5, read by every rank
-  std::string group;           ///< of the file: step_000001000, mean, … or newest: of its last step
+  std::string file = {};       ///< absolute path, for InitialFlowKind::file: HDF5, read by every rank
+  std::string group = {};      ///< of the file: step_000001000, mean, … or newest: of its last step
 };
 
 /// What can be written of each cell.
