@@ -43,8 +43,8 @@ struct NearSurface {
   Eigen::Vector3d normal{0, 0, 0};                              ///< of a wall: unit vector into the fluid
   double distance_of_centre_m = 0.0;                            ///< of a wall: from the body's centre
 
-  [[nodiscard]] bool is_body() const { return other >= 0; }  ///< else a wall
-  [[nodiscard]] bool is_ellipsoid() const { return squares_m2(0, 0) > 0.0; }
+  [[nodiscard]] bool is_body() const { return other >= 0; }                                       ///< else a wall
+  [[nodiscard]] bool is_ellipsoid() const { return squares_m2(0, 0) > 0.0; }                      ///< of a body
   [[nodiscard]] SmoothSurface smooth() const { return {core.centre_W_m, radius_m, squares_m2}; }  ///< unless a capsule
   [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }            ///< in a mirror
   /// From a point, relative to the body's centre, to the surface [m].

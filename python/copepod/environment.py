@@ -108,8 +108,8 @@ class ParallelEnvironment(Environment):
     `observation_space(agent)` and `action_space(agent)` are its to define, too.
     """
 
-    possible_agents: Sequence[Any] = ()
-    agents: Sequence[Any] = ()
+    possible_agents: Sequence[Any] = ()  #: all of them
+    agents: Sequence[Any] = ()  #: those whose episode is not over
 
     def rewards(self, before: Any, after: Any) -> dict[Any, float]:
         """Reward of each agent, from the observations before and after."""
