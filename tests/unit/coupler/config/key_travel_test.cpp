@@ -236,6 +236,7 @@ void collect(const google::protobuf::Message& message, const std::string& prefix
     const bool holds_messages = field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE;
     if (field->is_repeated()) {
       const int size = reflection->FieldSize(message, field);
+      if (!holds_messages) leaves[path];  // also of an empty list
       for (int item = 0; item < size; ++item) {
         if (holds_messages) {
           collect(reflection->GetRepeatedMessage(message, field, item), path + ".", leaves);

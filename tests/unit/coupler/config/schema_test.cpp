@@ -62,11 +62,15 @@ const std::vector<std::vector<std::string>> forms{
      "{}}}, y: {low: {velocity_m_per_s: [0, 1, 0], signal: {}}, high: {velocity_m_per_s: [0, 1, 0], signal: {}}}, z: "
      "{low: {velocity_m_per_s: [0, 0, 1], signal: {}}, high: {velocity_m_per_s: [0, 0, 1], signal: {}}}}"},
     {"fluid.initial_flow={kind: taylor_green}", "output.bodies={}"},
-    {"fluid.boundaries={x: {velocity_m_per_s: [1, 0, 0], profile: {}}, y: {velocity_m_per_s: [0, 1, 0], profile: {}}, "
-     "z: {velocity_m_per_s: [0, 0, 1], profile: {}}}"},
-    {"fluid.boundaries={x: {low: {velocity_m_per_s: [1, 0, 0], profile: {}}, high: {velocity_m_per_s: [1, 0, 0], "
-     "profile: {}}}, y: {low: {velocity_m_per_s: [0, 1, 0], profile: {}}, high: {velocity_m_per_s: [0, 1, 0], profile: "
-     "{}}}, z: {low: {velocity_m_per_s: [0, 0, 1], profile: {}}, high: {velocity_m_per_s: [0, 0, 1], profile: {}}}}"},
+    {"fluid.boundaries={x: {velocity_m_per_s: [1, 0, 0], profile: {factors: [1]}}, y: {velocity_m_per_s: [0, 1, 0], "
+     "profile: {factors: [1]}}, "
+     "z: {velocity_m_per_s: [0, 0, 1], profile: {factors: [1]}}}"},
+    {"fluid.boundaries={x: {low: {velocity_m_per_s: [1, 0, 0], profile: {factors: [1]}}, high: {velocity_m_per_s: [1, "
+     "0, 0], "
+     "profile: {factors: [1]}}}, y: {low: {velocity_m_per_s: [0, 1, 0], profile: {factors: [1]}}, high: "
+     "{velocity_m_per_s: [0, 1, 0], profile: "
+     "{factors: [1]}}}, z: {low: {velocity_m_per_s: [0, 0, 1], profile: {factors: [1]}}, high: {velocity_m_per_s: [0, "
+     "0, 1], profile: {factors: [1]}}}}"},
     {"fluid.initial_flow={kind: file}"},
     {"swimmers.1.arms.0.drive.signal=" + table, "bodies.0.motion={prescribed: {signal: " + table + "}}"},
     {"swarm={template: {name: row, beads: [{}, {}, {}], spring: {}, stroke: {}, published: {Re_bodies: {}}}, "
