@@ -134,6 +134,7 @@ double first_torque(double radius, const Method& method, Communicator& communica
   FluidSetup setup = wandering_bodies(method);
   const auto cells = static_cast<std::int64_t>(2.0 * radius) + 4;
   setup.domain_cells = {cells, cells, cells};
+  setup.boundaries[2].profile.clear();
   setup.bodies = {{ShapeKind::sphere, radius, 0.0}};
   setup.obstacles.clear();
   Kinematics spinning;
