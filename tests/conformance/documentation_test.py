@@ -163,8 +163,7 @@ class ProtocolPage(unittest.TestCase):
             ("cells = 1e12", "10¹²"),
             ("driving_nodes = 16", "| 16 |"),
             ("string_bytes = 4096", "4096 bytes"),
-            ("features = 1024", "| 1024 each |"),
-            ("timers = 1024", "| 1024 each |"),
+            ("features = 1024", "| 1024 |"),
         ):
             self.assertIn(code, header)
             self.assertIn(text, limits)
