@@ -118,7 +118,7 @@ class FilmFinder {
   /// Of spheres and ellipsoids one of which is an ellipsoid, by the curvatures at the points that are nearest.
   void add_ellipsoid(const SmoothSurface& first) const {
     Separation nearest{second_.normal, second_.distance_m(first.support_m(-second_.normal))};
-    if (second_.is_body()) nearest = separation(first, second_.smooth());
+    if (second_.is_body()) nearest = separation(first, second_.smooth(), range_.high_m);
     const Eigen::Vector3d& n = nearest.normal;
     Eigen::Matrix<double, 3, 2> across;
     across.col(0) = n.unitOrthogonal();

@@ -7,7 +7,7 @@ namespace copepod {
 
 double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
   if (!is_body()) return distance_of_centre_m + normal.dot(point_m);
-  if (is_ellipsoid()) return separation({point_m}, smooth()).gap_m;
+  if (is_ellipsoid()) return smooth().distance_m(point_m);
   return segment_distance_m({point_m, Eigen::Vector3d::Zero()}, core) - radius_m;
 }
 
@@ -87,7 +87,7 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
       if (axes == 0 && other == body && number.isZero(0.0)) return;
       surface.core.centre_W_m = place_m;
       const double gap_m = own.is_ellipsoid() || surface.is_ellipsoid()
-                               ? separation(own.smooth(), surface.smooth()).gap_m
+                               ? separation(own.smooth(), surface.smooth(), reach_m_).gap_m
                                : segment_distance_m(own.core, surface.core) - own.radius_m - surface.radius_m;
       const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
       if (gap_m < reach_m_ && !one_surface) surfaces_[static_cast<std::size_t>(body)].push_back(surface);

@@ -21,7 +21,15 @@ Eigen::Matrix3d SmoothSurface::radii_m(const Eigen::Vector3d& n) const {
   return round_m + (squares_m2 - Sn * Sn.transpose() / (height_m * height_m)) / height_m;
 }
 
-Separation separation(const SmoothSurface& first, const SmoothSurface& second) {
+double SmoothSurface::distance_m(const Eigen::Vector3d& point_m) const {
+  const Eigen::Vector3d p = point_m - centre_m;
+  if (squares_m2.isZero(0.0)) return p.norm() - radius_m;
+  const Eigen::Vector3d along = squares_m2.inverse() * p;
+  const double size = std::sqrt(p.dot(along));
+  return (size - 1.0) * size / along.norm() - radius_m;
+}
+
+Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m) {
   constexpr int most_steps = 100;
   const Eigen::Vector3d apart_m = first.centre_m - second.centre_m;
   const double tolerance_m = 1e-12 * apart_m.norm();
@@ -31,7 +39,7 @@ Separation separation(const SmoothSurface& first, const SmoothSurface& second) {
   Separation found{apart_m.normalized()};
   Eigen::Vector3d d = points_m(found.normal);
   found.gap_m = found.normal.dot(d);
-  for (int step = 0; step < most_steps; ++step) {
+  for (int step = 0; step < most_steps && found.gap_m < far_m; ++step) {
     const Eigen::Vector3d& n = found.normal;
     const Eigen::Vector3d across = d - found.gap_m * n;
     if (across.norm() <= tolerance_m) break;

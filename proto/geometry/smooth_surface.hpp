@@ -13,6 +13,8 @@ struct SmoothSurface {
 
   /// The point with the normal n, a unit vector: c + S n/√(nᵀ S n) + r n
   [[nodiscard]] Eigen::Vector3d support_m(const Eigen::Vector3d& n) const;
+  /// Of a point outside, exact for spheres and where the surface is near: |s − 1| s/|S⁻¹p|, s = √(pᵀS⁻¹p), p from c.
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
   /// How that point moves when n turns: ∂x/∂n across n, whose inverse there are the curvatures.
   [[nodiscard]] Eigen::Matrix3d radii_m(const Eigen::Vector3d& n) const;
 };
@@ -26,6 +28,7 @@ struct Separation {
 /// The n with the largest gap n·(c₁ − c₂) − h₁(n) − h₂(n), by Newton's method: with the points x₁(−n) and x₂(n) and
 /// d = x₁ − x₂, it changes by (∂x₁/∂n + ∂x₂/∂n + n·d)⁻¹ d across n.
 /// @param first, second  with centres that are apart
-Separation separation(const SmoothSurface& first, const SmoothSurface& second);
+/// @param far_m          a gap that is not less is not improved: it is that or more
+Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m);
 
 }  // namespace copepod

@@ -10,6 +10,8 @@
 namespace copepod {
 namespace {
 
+constexpr double far_m = 1e3;
+
 SmoothSurface turned_ellipsoid(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& semi_axes_m, double angle) {
   const Eigen::Matrix3d R = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
   return {centre_m, 0.0, R * semi_axes_m.cwiseAbs2().asDiagonal() * R.transpose()};
@@ -38,6 +40,28 @@ TEST(SmoothSurface, OfAnEllipsoidHasPointsWithTheirNormals) {
   EXPECT_LT((slope - surface.radii_m(n) * t).norm(), 1e-8);
 }
 
+TEST(SmoothSurface, DistanceIsThatOfTheNearestPoint) {
+  const SmoothSurface sphere{{1, 2, 3}, 2.0}, round = turned_ellipsoid({1, 2, 3}, {2, 2, 2}, 0.4);
+  const SmoothSurface surface = turned_ellipsoid({1, 2, 3}, {2, 3, 4}, 0.7);
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  for (int trial = 0; trial < 100; ++trial) {
+    const Eigen::Vector3d n = Eigen::Vector3d(any(generator), any(generator), any(generator)).normalized();
+    for (const SmoothSurface* each : {&sphere, &round})
+      EXPECT_NEAR(each->distance_m(each->support_m(n) + 0.7 * n), 0.7, 1e-12);
+    for (const double distance : {0.1, 0.5, 1.0})
+      EXPECT_NEAR(surface.distance_m(surface.support_m(n) + distance * n), distance, 0.1 * distance * distance);
+  }
+}
+
+TEST(Separation, IsNotImprovedBeyondWhatIsFar) {
+  const SmoothSurface first = turned_ellipsoid({6, 1, 0}, {1, 2, 3}, 0.7), second{{0, 0, 0}, 1.0};
+  const double exact_m = separation(first, second, far_m).gap_m;
+  const double bound_m = separation(first, second, 1.0).gap_m;
+  EXPECT_GT(bound_m, 1.0);
+  EXPECT_LT(bound_m, exact_m - 0.01);
+}
+
 /// No other pair of points on the two surfaces is closer.
 TEST(Separation, IsTheLeastDistanceOfEllipsoidsApart) {
   std::mt19937 generator(7);
@@ -49,7 +73,7 @@ TEST(Separation, IsTheLeastDistanceOfEllipsoidsApart) {
     SmoothSurface second = turned_ellipsoid({0, 0, 0}, semi_axes(), 3.0 * any(generator));
     if (trial % 3 == 0) second = {{0, 0, 0}, 1.5};
     if (trial % 3 == 1) second = {};  // a point
-    const auto [n, gap_m] = separation(first, second);
+    const auto [n, gap_m] = separation(first, second, far_m);
     ASSERT_GT(gap_m, 0.0);
     const Eigen::Vector3d x = first.support_m(-n), y = second.support_m(n);
     EXPECT_LT((x - y - gap_m * n).norm(), 1e-9) << trial;
@@ -59,7 +83,8 @@ TEST(Separation, IsTheLeastDistanceOfEllipsoidsApart) {
 TEST(Separation, ConvergesForTouchingAndOverlappingSurfaces) {
   const Eigen::Vector3d a(1, 1, 4);
   for (const double gap : {1e-9, 0.0, -0.02}) {
-    const auto found = separation(turned_ellipsoid({2.0 + gap, 0.3, 0.0}, a, 0.0), turned_ellipsoid({0, 0, 0}, a, 0.0));
+    const auto found =
+        separation(turned_ellipsoid({2.0 + gap, 0.3, 0.0}, a, 0.0), turned_ellipsoid({0, 0, 0}, a, 0.0), far_m);
     const double exact = found.gap_m;
     for (int i = 0; i < 200; ++i) {  // no direction has a larger gap
       const Eigen::Vector3d n =
