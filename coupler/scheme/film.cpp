@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <tuple>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -263,15 +262,18 @@ Eigen::Matrix<double, 6, 6> FilmContact::resistance() const {
   const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along_normal;
   const Eigen::Matrix3d n = cross(normal);
   const Eigen::Matrix3d x = cross(point_m);
-  const Eigen::Matrix3d ee = along * along.transpose();
-  const auto& [F_v1, F_v2] = std::tie(sliding_N_s_per_m[0], sliding_N_s_per_m[1]);
-  const auto& [F_w1, F_w2] = std::tie(force_of_turning_N_s[0], force_of_turning_N_s[1]);
-  const auto& [T_v1, T_v2] = std::tie(torque_of_sliding_N_s[0], torque_of_sliding_N_s[1]);
-  const auto& [T_w1, T_w2] = std::tie(turning_N_m_s[0], turning_N_m_s[1]);  // along e is about n × e
-  const Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + F_v2 * across + (F_v1 - F_v2) * ee;
-  const Eigen::Matrix3d F_w = -F_w2 * n - (F_w1 - F_w2) * ee * n;
-  const Eigen::Matrix3d T_v = T_v2 * n + (T_v1 - T_v2) * n * ee;
-  const Eigen::Matrix3d T_w = T_w1 * across + (T_w2 - T_w1) * ee + spinning_N_m_s * along_normal;
+  Eigen::Matrix3d F_v = squeezing_N_s_per_m * along_normal + sliding_N_s_per_m[1] * across;
+  Eigen::Matrix3d F_w = -force_of_turning_N_s[1] * n;
+  Eigen::Matrix3d T_v = torque_of_sliding_N_s[1] * n;
+  Eigen::Matrix3d T_w = turning_N_m_s[0] * across + spinning_N_m_s * along_normal;  // along e is about n × e
+  if (!along.isZero(0.0)) {
+    const auto difference = [](const Eigen::Vector2d& values) { return values[0] - values[1]; };
+    const Eigen::Matrix3d ee = along * along.transpose();
+    F_v += difference(sliding_N_s_per_m) * ee;
+    F_w -= difference(force_of_turning_N_s) * ee * n;
+    T_v += difference(torque_of_sliding_N_s) * n * ee;
+    T_w -= difference(turning_N_m_s) * ee;
+  }
   // About the origin: v = V + Δω × x, T = T_x + x × F.
   Eigen::Matrix<double, 6, 6> result;
   result << F_v, F_w - F_v * x, T_v + x * F_v, T_w - T_v * x + x * (F_w - F_v * x);

@@ -66,7 +66,8 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
   const double reach_m = bounding_radius_m(setup_.bodies[static_cast<std::size_t>(body)]) +
                          bounding_radius_m(setup_.bodies[static_cast<std::size_t>(other)]) + reach_m_;
   const bool jointed = std::ranges::binary_search(setup_.jointed, BodyPair(std::minmax({body, other})));
-  for (unsigned axes = other == body && reach_m < shortest_period_m_ ? 1 : 0; axes < 8; ++axes) {
+  const unsigned mirrorings = std::ranges::count(mirror_, true) > 0 ? 8 : 1;
+  for (unsigned axes = other == body && reach_m < shortest_period_m_ ? 1 : 0; axes < mirrorings; ++axes) {
     NearSurface surface = original;
     bool exists = true;
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
