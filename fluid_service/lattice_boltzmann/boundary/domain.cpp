@@ -108,7 +108,7 @@ double Domain::profile(int axis, bool high, const Cell& ghost, int direction) co
     share *= 4.0 * s * (1.0 - s);
   }
   if (own.profile.empty()) return share;
-  const auto factor = [&](int of_link) {
+  const auto factor = [&](std::int64_t of_link) {
     std::int64_t place = 0;
     for (int across = 0; across < 3; ++across) {
       if (across == axis) continue;
