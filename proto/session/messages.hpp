@@ -46,19 +46,34 @@ enum class MessageKind {
 /// Names as in the schema.
 inline constexpr auto kMessageNames = [] {
   using enum MessageKind;
-  // clang-format off
   return std::to_array<std::pair<MessageKind, std::string_view>>({
       {none, "none"},
-      {hello, "Hello"}, {welcome, "Welcome"}, {refusal, "Refusal"},
-      {fluid_setup, "FluidSetup"}, {body_setup, "BodySetup"},
-      {configured, "Configured"}, {controller_setup, "ControllerSetup"},
-      {kinematics, "Kinematics"}, {loads, "Loads"}, {applied_loads, "AppliedLoads"},
-      {kinematics_request, "KinematicsRequest"}, {observation, "Observation"}, {action, "Action"},
-      {save, "Save"}, {saved, "Saved"}, {restore, "Restore"}, {restored, "Restored"},
-      {summarise, "Summarise"}, {summary, "Summary"}, {finish, "Finish"}, {finished, "Finished"},
-      {ping, "Ping"}, {pong, "Pong"}, {abort, "Abort"}, {failure, "Failure"},
+      {hello, "Hello"},
+      {welcome, "Welcome"},
+      {refusal, "Refusal"},
+      {fluid_setup, "FluidSetup"},
+      {body_setup, "BodySetup"},
+      {configured, "Configured"},
+      {controller_setup, "ControllerSetup"},
+      {kinematics, "Kinematics"},
+      {loads, "Loads"},
+      {applied_loads, "AppliedLoads"},
+      {kinematics_request, "KinematicsRequest"},
+      {observation, "Observation"},
+      {action, "Action"},
+      {save, "Save"},
+      {saved, "Saved"},
+      {restore, "Restore"},
+      {restored, "Restored"},
+      {summarise, "Summarise"},
+      {summary, "Summary"},
+      {finish, "Finish"},
+      {finished, "Finished"},
+      {ping, "Ping"},
+      {pong, "Pong"},
+      {abort, "Abort"},
+      {failure, "Failure"},
   });
-  // clang-format on
 }();
 
 constexpr std::string_view name_of(MessageKind kind) {
