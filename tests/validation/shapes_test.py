@@ -84,7 +84,8 @@ class Shapes(WholeRunTest):
         number = len(list(self.folder.glob("*.json")))
         fluid = {"kinematic_viscosity_m2_per_s": (tau - 0.5) / 3, "relaxation_time": tau} | (fluid or {})
         fluid |= {"solver": "lattice_boltzmann", "density_kg_per_m3": 1, "cell_size_m": 1, "domain_cells": domain}
-        case = {"case": "shapes", "fluid": fluid | {"boundaries": dict.fromkeys("xyz", boundaries)}, **keys}
+        boundaries = dict.fromkeys("xyz", boundaries) if isinstance(boundaries, str) else boundaries
+        case = {"case": "shapes", "fluid": fluid | {"boundaries": boundaries}, **keys}
         case |= {"run": {"steps": steps}, "services": {"transport": "in_process"}}
         case.setdefault("output", {"trajectory": {"every_steps": every}})
         file = self.folder / f"case{number}.json"
@@ -188,6 +189,40 @@ class Shapes(WholeRunTest):
         force = sum(both.loc[name][["fx_N", "fy_N", "fz_N"]].iloc[-1].to_numpy() for name in places)
         solid = 2 * 4 / 3 * np.pi * 27
         np.testing.assert_allclose(force, [(16**3 - solid) * f for f in (1e-6, 0, 2e-6)], rtol=0.01, atol=2e-5)
+
+    def test_films_of_ellipsoids_exert_what_finer_cells_do_without_films(self):
+        """Semi-axes of 1, 1, 2 at a gap of 0.2 from a wall: 0.8 of a cell, or two of the finer ones. Drag towards and
+        along the wall over 6πμV, and the torque of both over the drag, by tilt; of the finer cells as --all finds."""
+        finer = {0.0: (4.6203, 0.0, -2.4219, 0.2233), 0.7: (6.3425, 0.3773, -2.3609, 0.1970)}
+        finer |= {np.pi / 2: (15.2349, 0.0, -2.5499, -0.1769)}
+
+        def loads(cells, tilt, cut_off):
+            height = 0.2 + np.hypot(np.sin(tilt), 2 * np.cos(tilt))
+            body = {"name": "body", "shape": "ellipsoid", "semi_axes_m": [cells, cells, 2 * cells], "mass_kg": 1}
+            body |= {"position_m": [5 * cells, 5 * cells, height * cells], "motion": "prescribed"}
+            body |= {"orientation_wxyz": [np.cos(tilt / 2), 0, np.sin(tilt / 2), 0]}
+            domain, steps = [10 * cells, 10 * cells, 6 * cells], int(3000 * (cells / 4) ** 1.5)
+            walls = ({"x": "periodic", "y": "free_slip", "z": "no_slip"},)
+            found = []
+            for component, velocity in ((2, [0, 0, -1e-9]), (0, [1e-9, 0, 0])):
+                bodies = [body | {"velocity_m_per_s": velocity}]
+                rest = {
+                    "bodies": bodies,
+                    "lubrication": {"cut_off_cells": cut_off},
+                    "fluid": {"symmetry_planes": ["y"]},
+                }
+                run = self.run_in(domain, 1.0, steps, *walls, every=steps // 2, **rest).trajectory.loc["body"].iloc[-1]
+                drag = run[f"f{'xyz'[component]}_N"] / (np.pi * cells * 1e-9)  # 6 μ = 1
+                found += [drag, run["ty_N_m"] / (np.pi * cells**2 * 1e-9) / abs(drag)]
+            return np.array(found)
+
+        for tilt, expected in finer.items():
+            with self.subTest(tilt=tilt):
+                if "--all" in ARGUMENTS:
+                    np.testing.assert_allclose(loads(10, tilt, "none"), expected, rtol=0.001, atol=0.001)
+                errors = loads(4, tilt, "auto") - expected
+                np.testing.assert_array_less(np.abs(errors[::2] / np.array(expected)[::2]), 0.03)
+                np.testing.assert_array_less(np.abs(errors[1::2]), 0.04)
 
     def test_a_helix_swims_by_its_handedness(self):
         """Mirrored along its axis, it swims as fast the other way."""
