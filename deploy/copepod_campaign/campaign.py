@@ -17,7 +17,7 @@ from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.plan import Plan, case_arguments, request
 from copepod_run.run_directory import RunDirectory, folder_name, make_folder
-from copepod_run.signals import SignalRecorder
+from copepod_run.watch import SignalRecorder
 from copepod_run.messages import report, say
 
 

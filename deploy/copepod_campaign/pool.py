@@ -19,7 +19,7 @@ from copepod_run.launcher import RunProcess
 from copepod_run.plan import case_arguments
 from copepod_run.messages import complain, draw, draws, elapsed_text, report, say, speaks_json
 from copepod_run.progress import Event, clock_text
-from copepod_run.signals import SignalRecorder
+from copepod_run.watch import SignalRecorder
 from copepod_run.run_directory import make_folder
 
 RESTARTS = 3  # by itself, when a component is lost

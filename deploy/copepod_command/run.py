@@ -28,8 +28,7 @@ from copepod_run.processes import own_host
 from copepod_run.progress import Progress
 from copepod_run.run_directory import Lock, RunDirectory, last_checkpoint_step, lock_of, read_object
 from copepod_run.scratch import Scratch
-from copepod_run.signals import SignalRecorder
-from copepod_run.watch import AFTER_FINISH_S, Ending, Watch
+from copepod_run.watch import AFTER_FINISH_S, Ending, SignalRecorder, Watch
 
 _WORTH_A_RESTART = (ExitCode.COMPONENT_LOST, ExitCode.DEADLINE_PASSED)
 _SIGNALS = {2: "Ctrl-C", 15: "SIGTERM", 1: "SIGHUP"}

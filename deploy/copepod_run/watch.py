@@ -1,18 +1,19 @@
-"""Waits for the three processes of a run and the coupler's events until it is clear how the run ended."""
+"""Waits for the three processes of a run, the coupler's events and signals until it is clear how the run ended."""
 
 import os
 import selectors
 import signal
 import time
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
+from types import FrameType
 
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
 from copepod_run.outcome import Exit, Failure, failure_of_event, judge, lost, reported_by_mpirun
 from copepod_run.messages import say
 from copepod_run.progress import Event, EventReader, Progress
-from copepod_run.signals import SignalRecorder
 
 # How long to wait for further evidence once something has failed; with the three seconds that stopping may take,
 # everything is over within five.
@@ -23,6 +24,44 @@ _AFTER_LOSS_S = 1.5  # the coupler lost the fluid: mpirun may still report which
 _FOR_MPIRUN_S = 1.0  # longer, if a rank has ended and mpirun had no time to report it: others use the processors
 AFTER_FINISH_S = 10.0  # services end by themselves
 _AFTER_MPIRUN_REPORT_S = 0.7  # mpirun has reported how a rank ended, and now ends itself
+
+
+class SignalRecorder:
+    """Context in which SIGINT, SIGTERM and SIGHUP only leave a note; ignored signals (nohup) stay ignored.
+
+    SIGUSR1 asks for a checkpoint and does not end anything; deploy/copepod ignores it outside.
+    """
+
+    def __init__(self) -> None:
+        self.received: list[int] = []
+        self.checkpoint_wanted = False
+
+    def __enter__(self) -> "SignalRecorder":
+        self.descriptor, self._writing_end = os.pipe()
+        for end in (self.descriptor, self._writing_end):
+            os.set_blocking(end, False)
+        self._former_wakeup = signal.set_wakeup_fd(self._writing_end, warn_on_full_buffer=False)
+        self._former = {}
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                self._former[number] = signal.signal(number, lambda number, _: self.received.append(number))
+        self._former[signal.SIGUSR1] = signal.signal(signal.SIGUSR1, self._want_checkpoint)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._former.items():
+            signal.signal(number, handler)
+        signal.set_wakeup_fd(self._former_wakeup)
+        os.close(self.descriptor)
+        os.close(self._writing_end)
+
+    def drain(self) -> None:
+        """Empties the descriptor."""
+        with suppress(BlockingIOError):
+            os.read(self.descriptor, 4096)
+
+    def _want_checkpoint(self, number: int, frame: FrameType | None) -> None:
+        self.checkpoint_wanted = True
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from copepod_run.hosts_launcher import HostsLauncher
 from copepod_run.launcher import Launcher, Process
 from copepod_run.outcome import Exit, lost
 from copepod_run.processes import Wrong
-from copepod_run.signals import SignalRecorder
-from copepod_run.watch import Watch
+from copepod_run.watch import SignalRecorder, Watch
 
 
 class FakeProcess(Process):
