@@ -56,6 +56,8 @@ class Suite:
             self._subject.require(*check.needs)
             with Trial(self._subject, check.options) as trial:
                 sent = trial.sent
+                if check.steps is not None:
+                    trial.configure(check.steps)
                 check.run(trial, *check.arguments)
         except NotApplicable as reason:
             outcome, came = "skipped", str(reason)

@@ -36,6 +36,7 @@ class Check:
     run: Callable  # of the open Trial and the arguments; raises Violation or NotApplicable
     arguments: tuple = ()
     needs: tuple = ()  # features that the component must announce
+    steps: int | None = None  # done before it begins; None: it sets the component up itself
     thorough: bool = False  # left out by --quick
     options: tuple = ()  # for the component's command line
     alone: bool = False  # needs the machine's memory or cores for itself

@@ -29,7 +29,6 @@ def _set_up(trial, step):
 
 
 def _save_changes_nothing(trial):
-    trial.configure(steps=2)
     trial.request("Save")
     if not (trial.folder / "checkpoint").exists():
         raise Violation("Saved, but there is no such file or folder")
@@ -38,7 +37,6 @@ def _save_changes_nothing(trial):
 
 def _saved_again(trial):
     """Two checkpoints of one run."""
-    trial.configure()
     for name in ("first", "second"):
         trial.advance(1)
         trial.request(trial.make("Save", trial.folder / name))
@@ -65,7 +63,6 @@ def _returned(trial):
 
 
 def _unwritable(trial):
-    trial.configure(steps=1)
     if not trial.request(trial.make("Save", trial.folder / "no such folder" / "checkpoint")).envelope.saved.problem:
         raise Violation("Saved without a problem, but there is no such folder")
     trial.advance(1)
@@ -95,10 +92,10 @@ def checks(subject):
     )
     check = partial(Check, "checkpoints", needs=("checkpoint",))
     return [
-        check("a run continues after Save as without it", _SAVE, _save_changes_nothing),
-        check("two states of one run are saved", _SAVE, _saved_again),
+        check("a run continues after Save as without it", _SAVE, _save_changes_nothing, steps=2),
+        check("two states of one run are saved", _SAVE, _saved_again, steps=0),
         check("a restored run equals the undisturbed one", _RESTORE, _restored),
         check("a run that returns equals the undisturbed one", _RETURN, _returned, needs=("checkpoint", "snapshots")),
-        check("Save to a folder that does not exist", _UNWRITABLE, _unwritable),
+        check("Save to a folder that does not exist", _UNWRITABLE, _unwritable, steps=1),
         *(check(f"Restore of {text}", _STORAGE, _damaged, (change, text)) for change, text in damages),
     ]

@@ -139,13 +139,11 @@ def _other_welcome(trial, major=None):
 
 
 def _other_request(trial, major):
-    trial.configure()
     trial.send(trial.make(trial.step_name), f" of protocol {major}.0", protocol_major=major)
     trial.expect_failure(65)
 
 
 def _newer_minor(trial):
-    trial.configure()
     trial.sequence += 1
     message = trial.with_header(trial.make(trial.step_name), protocol_minor=PROTOCOL_MINOR + 1)
     text = f"{trial.step_name} of minor version {PROTOCOL_MINOR + 1} with a field of that version"
@@ -165,7 +163,10 @@ def checks(subject):
         check("ends without an answer", _DEADLINE, _no_answer, options=("--connect-deadline", "1")),
         check("ends without --endpoint and --session", _OPTIONS, _no_options),
         *(version(f"a Welcome of protocol {n}.0 is refused", _VERSIONS, _other_welcome, (n,)) for n in _OTHER_MAJORS),
-        *(version(f"a request of protocol {n}.0 is refused", _VERSIONS, _other_request, (n,)) for n in _OTHER_MAJORS),
+        *(
+            version(f"a request of protocol {n}.0 is refused", _VERSIONS, _other_request, (n,), steps=0)
+            for n in _OTHER_MAJORS
+        ),
         version("a Welcome of a minor version that it does not support is refused", _VERSIONS, _other_welcome),
-        version("fields of a newer minor version are ignored", _VERSIONS, _newer_minor),
+        version("fields of a newer minor version are ignored", _VERSIONS, _newer_minor, steps=0),
     ]

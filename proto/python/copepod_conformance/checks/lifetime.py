@@ -1,6 +1,7 @@
 """Liveness, stop requests, loss of the coupler; and the remains of a component afterwards."""
 
 from copepod_conformance.conversation import CONTROL
+from copepod_conformance.subject import Trial
 from copepod_conformance.verdicts import Check, Rule, Violation
 
 _ALIVE = Rule("Lanes", "a Ping is answered in the middle of a step too, with its stamp, step and sequence numbers")
@@ -29,13 +30,7 @@ _OBSERVED_S = 2.0
 _IDLE_SHARE = 0.05
 
 
-def _finished(trial):
-    trial.configure(steps=1)
-    trial.finish()
-
-
 def _pong_at_rest(trial):
-    trial.configure(steps=2)
     trial.wait(0.2)  # the bulk update of the last step
     pong, _ = trial.answer_to_ping()
     found, due = (pong.step, pong.received_sequence, pong.replied_sequence), (1, trial.sequence, trial.sequence)
@@ -44,7 +39,6 @@ def _pong_at_rest(trial):
 
 
 def _pong_at_work(trial):
-    trial.configure()
     _queue_steps(trial)
     _, seconds = trial.answer_to_ping()
     if seconds > _PONG_S:
@@ -52,7 +46,6 @@ def _pong_at_work(trial):
 
 
 def _foreign_ping(trial):
-    trial.configure()
     trial.stop_pings()
     trial.wait(0.2)
     foreign, own = trial.ping(session_id=trial.session_id + 1), trial.ping()
@@ -100,14 +93,12 @@ def _kept_by_pings(trial):
 
 
 def _suspended(trial):
-    trial.configure(steps=1)
     trial.suspend(3.5)
     trial.advance(1)
     trial.finish()
 
 
 def _nothing_left_after(trial, ending):
-    trial.configure(steps=1)
     ending(trial)
     trial.await_end(max(trial.subject.patience_s, _BROKEN_S + _GRACE_S + _MARGIN_S))
     left = trial.process.left_behind()
@@ -116,7 +107,6 @@ def _nothing_left_after(trial, ending):
 
 
 def _idle(trial):
-    trial.configure(steps=1)
     trial.wait(0.5)
     before = trial.process.cpu_seconds()
     trial.wait(_OBSERVED_S)
@@ -136,10 +126,10 @@ def checks(subject):
         ("the loss of the coupler", lambda trial: trial.vanish()),
     )
     return [
-        Check(lane, "a Pong has the state of a component that waits", _ALIVE, _pong_at_rest),
-        Check(lane, "a Pong comes within 1 s from a component that works", _ALIVE, _pong_at_work),
-        Check(lane, "a Ping of another session is ignored", _FOREIGN, _foreign_ping),
-        Check(end, "Finish: exit code 0", _END, _finished),
+        Check(lane, "a Pong has the state of a component that waits", _ALIVE, _pong_at_rest, steps=2),
+        Check(lane, "a Pong comes within 1 s from a component that works", _ALIVE, _pong_at_work, steps=0),
+        Check(lane, "a Ping of another session is ignored", _FOREIGN, _foreign_ping, steps=0),
+        Check(end, "Finish: exit code 0", _END, Trial.finish, steps=1),
         *(
             Check(end, f"Abort (code {code}) when {state}: exit code {code}", _ABORT, _aborted, (state, code))
             for state, code in (("greeted", 70), ("configured", 69), ("ready", 74), ("stepping", 70))
@@ -151,10 +141,10 @@ def checks(subject):
         ),
         Check(end, "coupler silent: exit code 69", _ORPHAN, _left_without_pings, options=("--orphan-after", "1")),
         Check(end, "coupler only pings: the component waits", _ORPHAN, _kept_by_pings, options=("--orphan-after", "2")),
-        Check(end, "suspended for 3.5 s: continues", _SUSPENDED, _suspended, options=("--orphan-after", "2")),
+        Check(end, "suspended for 3.5 s: continues", _SUSPENDED, _suspended, steps=1, options=("--orphan-after", "2")),
         *(
-            Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after, (ending,))
+            Check("processes", f"nothing is left after {text}", _NOTHING_LEFT, _nothing_left_after, (ending,), steps=1)
             for text, ending in endings
         ),
-        Check("processes", "waiting costs no time", _IDLE, _idle),
+        Check("processes", "waiting costs no time", _IDLE, _idle, steps=1),
     ]

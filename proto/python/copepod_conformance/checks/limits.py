@@ -98,7 +98,6 @@ def _spoilt_fields(request):
 
 
 def _raw(trial, data_of, text):
-    trial.configure()
     trial.send_bytes(data_of(trial), text)
     trial.expect_failure(65)
 
@@ -116,7 +115,6 @@ def _unknown_message(trial):
 
 
 def _long_path(trial):
-    trial.configure(steps=1)
     message = trial.make("Save", trial.folder / _LONG_TEXT)
     trial.send(message, f" with a path of {len(message.save.path)} bytes")
     trial.expect_failure(65)
@@ -139,7 +137,6 @@ def _too_many_bodies(trial):
 
 def _too_large(trial):
     too_large = b"\xfa\x3f" + varint(_MOST_BYTES) + bytes(_MOST_BYTES)
-    trial.configure()
     trial.send_bytes(too_large, f"{len(too_large)} bytes")
     trial.wait(_NOTICED_S)
     if trial.has_mail() or trial.process.exit_code() is not None:
@@ -151,26 +148,29 @@ def _too_large(trial):
 
 
 def _garbage_on_control_lane(trial):
-    trial.configure()
     trial.send_bytes(secrets.token_bytes(200), "200 random bytes", CONTROL)
     trial.answer_to_ping()
     trial.finish()
 
 
 def checks(subject):
-    check = partial(Check, "limits")
+    check, configured = partial(Check, "limits"), partial(Check, "limits", steps=0)
     requests = (subject.case.step_request(0), subject.case.setup_request())
     return [
         *(spoilt for request in requests for spoilt in _spoilt_fields(request)),
         *(check(name, rule, _bad_setup, tuple(how)) for name, rule, *how in _BAD_SETUPS[subject.role]),
-        check("a path of more than 4096 bytes", _TEXT, _long_path, needs=("checkpoint",)),
-        check("random bytes", _BYTES, _raw, (lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")),
-        check("an empty frame", _BYTES, _raw, (lambda trial: b"", "an empty frame")),
-        check("a truncated message", _BYTES, _raw, (_truncated, f"{STEP[subject.role]} without its last 20 bytes")),
-        check("an unknown message", _BYTES, _raw, (_unknown_message, "an Envelope with an unknown message")),
-        check("random bytes on the control lane", _BYTES, _garbage_on_control_lane),
+        check("a path of more than 4096 bytes", _TEXT, _long_path, needs=("checkpoint",), steps=1),
+        configured(
+            "random bytes", _BYTES, _raw, (lambda trial: b"\xff" + secrets.token_bytes(200), "201 random bytes")
+        ),
+        configured("an empty frame", _BYTES, _raw, (lambda trial: b"", "an empty frame")),
+        configured(
+            "a truncated message", _BYTES, _raw, (_truncated, f"{STEP[subject.role]} without its last 20 bytes")
+        ),
+        configured("an unknown message", _BYTES, _raw, (_unknown_message, "an Envelope with an unknown message")),
+        configured("random bytes on the control lane", _BYTES, _garbage_on_control_lane),
         check("1 000 001 bodies", _COUNT, _too_many_bodies, thorough=True),
-        check("a message of 256 MiB", _SIZE, _too_large, thorough=True, alone=True),
+        configured("a message of 256 MiB", _SIZE, _too_large, thorough=True, alone=True),
     ]
 
 
