@@ -167,7 +167,7 @@ class Simulation {
     run_.open(resumes, [&](const auto& components, std::int64_t) {
       write_durably(directory_.resolved_case(), coupler::to_yaml(coupler::resolved(loaded_.content)));
       provenance_.set_components(components);
-      provenance_.write_start();
+      provenance_.write();
     });
     nlohmann::ordered_json description{
         {"step_s", loaded_.content.step_s},

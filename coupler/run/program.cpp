@@ -16,7 +16,6 @@
 #include "config/yaml/document.hpp"
 #include "config/yaml/keys.hpp"
 #include "observers/events.hpp"
-#include "run/run_case.hpp"
 #include "run/summary.hpp"
 #include "storage/run_directory.hpp"
 #include "system/durable_file.hpp"
@@ -111,7 +110,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   if (!options.resume) write_case();
   Provenance provenance(directory, options.command_line, options.build, loaded.content.services.fluid_ranks,
                         options.resume);
-  provenance.write_start();
+  provenance.write();
 
   Options with_recording = options;
   if (loaded.content.output.wire) with_recording.wire_file = directory.new_wire_file();
@@ -124,7 +123,7 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
       if (branch) provenance.set_branch(*branch, first_step);
       if (options.resume) write_case();  // it fits the checkpoint
       provenance.set_components(all);
-      provenance.write_start();
+      provenance.write();
     });
     provenance.set_notices(run.notices());
     provenance.write_end(ExitCode::finished, "");

@@ -5,7 +5,6 @@
 #include <fstream>
 #include <regex>
 
-#include <nlohmann/json.hpp>
 #include <spdlog/fmt/chrono.h>
 
 #include "config/sections/sections.hpp"
@@ -18,6 +17,7 @@ namespace copepod::coupler {
 namespace {
 
 using nlohmann::json;
+using nlohmann::ordered_json;
 
 std::string dotted(std::string pointer) {
   std::replace(pointer.begin(), pointer.end(), '/', '.');
@@ -96,16 +96,11 @@ bool is_of_the_start(const std::string& key, const std::vector<SingleBody>& bodi
 /// Now, as "2012-05-03T14:15:16Z".
 std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
-/// Added to the attempts which that one found; JSON list.
-std::string earlier_attempts(nlohmann::ordered_json last) {
-  using nlohmann::ordered_json;
-  ordered_json attempts = last.value("earlier_attempts", ordered_json::array());
-  last.erase("earlier_attempts");
-  attempts.push_back(last);
-  return attempts.dump();
-}
+ordered_json or_null(const std::string& text) { return text.empty() ? ordered_json(nullptr) : ordered_json(text); }
 
-using nlohmann::ordered_json;
+ordered_json or_null(const std::optional<double>& number) {
+  return number ? ordered_json(*number) : ordered_json(nullptr);
+}
 
 /// Time that a solver worked [s]: all its phases but those in which it waited. For a component that reports
 /// none, the time that the coupler waited for it.
@@ -165,58 +160,53 @@ Branch plan_branch(const std::filesystem::path& directory, std::optional<std::in
   return {directory, step, case_key(before.content), std::move(changed)};
 }
 
-Provenance::Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks,
-                       bool resumed)
-    : directory_(directory),
-      command_line_(std::move(command_line)),
-      build_(std::move(build)),
-      fluid_ranks_(fluid_ranks),
-      resumed_(resumed),
-      start_(utc_now()),
-      earlier_("[]") {
+Provenance::Provenance(const RunDirectory& directory, const std::string& command_line, const std::string& build,
+                       int fluid_ranks, bool resumed)
+    : file_(directory.provenance()) {
+  const BuildInfo& built = build_info();
+  content_ = {{"version", built.version},
+              {"git_revision", built.git_revision},
+              {"compiler", built.compiler},
+              {"build_type", built.build_type},
+              {"build", or_null(build)},
+              {"host", host_name()},
+              {"fluid_ranks", fluid_ranks},
+              {"command_line", command_line},
+              {"resumed", resumed},
+              {"branched_from", nullptr},
+              {"components", ordered_json::object()},
+              {"notices", ordered_json::array()},
+              {"start", utc_now()},
+              {"end", nullptr},
+              {"status", "running"},
+              {"exit_code", nullptr},
+              {"earlier_attempts", ordered_json::array()},
+              {"exit_reason", nullptr}};
   if (!resumed) return;
-  std::ifstream stream(directory.provenance());
-  const nlohmann::ordered_json last = nlohmann::ordered_json::parse(stream, nullptr, false);
+  std::ifstream stream(file_);
+  ordered_json last = ordered_json::parse(stream, nullptr, false);
   if (!last.is_object()) return;
-  earlier_ = earlier_attempts(last);
-  branched_from_ = last.value("branched_from", nlohmann::ordered_json(nullptr)).dump();
+  for (const char* key : {"branched_from", "earlier_attempts"}) content_[key] = last.value(key, content_[key]);
+  last.erase("earlier_attempts");
+  content_["earlier_attempts"].push_back(last);
 }
 
 void Provenance::set_branch(const Branch& branch, std::int64_t step) {
-  using nlohmann::ordered_json;
   ordered_json changed = ordered_json::object();
   for (const auto& [key, values] : branch.changed) changed[key] = {{"was", values.first}, {"is", values.second}};
-  branched_from_ = ordered_json{{"directory", branch.directory.string()}, {"step", step}, {"changed", changed}}.dump();
+  content_["branched_from"] = {{"directory", branch.directory.string()}, {"step", step}, {"changed", changed}};
 }
 
 void Provenance::write_end(ExitCode code, const std::string& reason) {
-  write(code == ExitCode::finished ? "finished" : "failed", static_cast<int>(code), reason, utc_now());
+  content_["end"] = utc_now();
+  content_["status"] = code == ExitCode::finished ? "finished" : "failed";
+  content_["exit_code"] = static_cast<int>(code);
+  content_["exit_reason"] = or_null(reason);
+  write();
 }
 
-void Provenance::write(const std::string& status, int code, const std::string& reason, const std::string& end) {
-  using nlohmann::ordered_json;
-  const BuildInfo& build = build_info();
-  ordered_json components = ordered_json::object();
-  for (const auto& [role, name] : components_) components[role] = name;
-  const ordered_json content = {{"version", build.version},
-                                {"git_revision", build.git_revision},
-                                {"compiler", build.compiler},
-                                {"build_type", build.build_type},
-                                {"build", build_.empty() ? ordered_json(nullptr) : ordered_json(build_)},
-                                {"host", host_name()},
-                                {"fluid_ranks", fluid_ranks_},
-                                {"command_line", command_line_},
-                                {"resumed", resumed_},
-                                {"branched_from", ordered_json::parse(branched_from_)},
-                                {"components", components},
-                                {"notices", notices_},
-                                {"start", start_},
-                                {"end", end.empty() ? ordered_json(nullptr) : ordered_json(end)},
-                                {"status", status},
-                                {"exit_code", code < 0 ? ordered_json(nullptr) : ordered_json(code)},
-                                {"earlier_attempts", ordered_json::parse(earlier_)},
-                                {"exit_reason", reason.empty() ? ordered_json(nullptr) : ordered_json(reason)}};
-  write_durably(directory_.provenance(), content.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
+void Provenance::write() const {
+  write_durably(file_, content_.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n");
 }
 
 std::uint64_t run_digest(const SolverSummary& fluid, const SolverSummary& body, const Kinematics& kinematics) {
@@ -237,8 +227,7 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
   const double own_s = timing.loop_s - timing.fluid_wait_s - timing.body_wait_s;
   ordered_json summary;
   summary["case"] = the_case.name;
-  summary["parameter_set"] =
-      the_case.parameter_set.empty() ? ordered_json(nullptr) : ordered_json(the_case.parameter_set);
+  summary["parameter_set"] = or_null(the_case.parameter_set);
   summary["status"] = "finished";
   summary["steps"] = steps_done;
   summary["resumed_from_step"] = timing.first_step > 0 ? ordered_json(timing.first_step) : ordered_json(nullptr);
@@ -252,8 +241,8 @@ ordered_json make_summary(const Case& the_case, std::int64_t steps_done, const S
   summary["ranks"] = fluid.ranks;
   summary["precision"] = name_of(precision_names, the_case.fluid.precision);
   summary["digest"] = fmt::format("{:016x}", run_digest(fluid, body, kinematics));
-  summary["mass_drift"] = fluid.mass_drift ? ordered_json(*fluid.mass_drift) : ordered_json(nullptr);
-  summary["momentum_drift"] = fluid.momentum_drift ? ordered_json(*fluid.momentum_drift) : ordered_json(nullptr);
+  summary["mass_drift"] = or_null(fluid.mass_drift);
+  summary["momentum_drift"] = or_null(fluid.momentum_drift);
   summary["timing"] = {{"fluid_s", busy_s(fluid, timing.fluid_wait_s)},
                        {"body_s", busy_s(body, timing.body_wait_s)},
                        {"coupler_s", own_s},

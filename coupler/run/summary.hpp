@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 
 #include "config/load_case.hpp"
 #include "config/sections/case.hpp"
@@ -58,30 +58,22 @@ const BuildInfo& build_info();
 class Provenance {
  public:
   /// @param build  identifies the programs of the run; empty: unknown
-  Provenance(const RunDirectory& directory, std::string command_line, std::string build, int fluid_ranks, bool resumed);
+  Provenance(const RunDirectory& directory, const std::string& command_line, const std::string& build, int fluid_ranks,
+             bool resumed);
 
   void set_components(const std::map<std::string, Capabilities>& all) {
-    for (const auto& [role, capabilities] : all) components_[role] = capabilities.name + " " + capabilities.version;
+    for (const auto& [role, each] : all) content_["components"][role] = each.name + " " + each.version;
   }
   /// @param step  of the checkpoint that the run starts from
   void set_branch(const Branch& branch, std::int64_t step);
-  void set_notices(std::vector<std::string> notices) { notices_ = std::move(notices); }
-  void write_start() { write("running", -1, "", ""); }
+  /// @param notices  features that a component neglects, and the like
+  void set_notices(const std::vector<std::string>& notices) { content_["notices"] = notices; }
+  void write() const;
   void write_end(ExitCode code, const std::string& reason);
 
  private:
-  void write(const std::string& status, int code, const std::string& reason, const std::string& end);
-
-  RunDirectory directory_;
-  std::string command_line_;
-  std::string build_;
-  int fluid_ranks_;
-  bool resumed_;
-  std::string start_;
-  std::string earlier_;                            ///< JSON list of the attempts before a resumed one
-  std::map<std::string, std::string> components_;  ///< name in the run to name and version
-  std::string branched_from_ = "null";             ///< JSON
-  std::vector<std::string> notices_;               ///< features that a component neglects, and the like
+  std::filesystem::path file_;
+  nlohmann::ordered_json content_;
 };
 
 /// Where the time of a run went; seconds of wall time.
