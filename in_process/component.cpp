@@ -14,7 +14,7 @@
 #include "c_border.hpp"
 #include "component/run_component.hpp"
 #include "conversion/codec.hpp"
-#include "conversion/text.hpp"
+#include "conversion/limits.hpp"
 #include "copepod_component.h"
 
 namespace copepod {

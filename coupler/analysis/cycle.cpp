@@ -1,5 +1,3 @@
-#include "analysis/cycle.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,11 +7,14 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <nlohmann/json.hpp>
 
+#include "analysis/cycle_observer.hpp"
 #include "analysis/swimmer_figures.hpp"
+#include "config/checks/checks.hpp"
+#include "geometry/rotation.hpp"
 
 namespace copepod::coupler {
-
 namespace {
 
 std::int64_t most_arms(const std::vector<Group>& groups) {
@@ -32,11 +33,6 @@ std::string header(const std::vector<Group>& groups) {
     text += name + "_mean_m" + name + "_amplitude_m" + name + "_phase_rad";
   }
   return text;
-}
-
-void append_optional(std::string& row, const std::optional<double>& value) {
-  row += ',';
-  if (value) append(row, *value);
 }
 
 /// Whether points about their centroid leave a line by less than a thousandth of their extent along it.
@@ -93,17 +89,10 @@ void CycleTable::add(const Group& group, const Cycle& cycle) {
   const CycleFigures figures = evaluate(cycle, group, fluid_, step_s_);
   const std::int64_t start = cycle.number * group.period_steps;
   std::string row = csv_field(group.name);
-  append_all(row, Eigen::Matrix<std::int64_t, 2, 1>(cycle.number, start));
-  append_all(row, Eigen::Matrix<double, 1, 1>(static_cast<double>(start) * step_s_));
-  append_all(row, cycle.centroid_m);
-  append_all(row, figures.axis);
-  append_all(row, Eigen::Vector3d(figures.tilt_rad, figures.along_m_per_s, figures.across_m_per_s.norm()));
-  append_all(row, figures.velocity_m_per_s);
-  append_all(row, figures.rotation_rad);
-  append_all(row, Eigen::Vector2d(cycle.power_W, cycle.dissipation_W));
-  append_optional(row, figures.efficiency);
-  append_optional(row, figures.Re);
-  for (Eigen::Index arm = 0; arm < cycle.arms.cols(); ++arm) append_all(row, cycle.arms.col(arm));
+  append_all(row, cycle.number, start, static_cast<double>(start) * step_s_, cycle.centroid_m, figures.axis,
+             figures.tilt_rad, figures.along_m_per_s, figures.across_m_per_s.norm(), figures.velocity_m_per_s,
+             figures.rotation_rad, cycle.power_W, cycle.dissipation_W, figures.efficiency, figures.Re);
+  append_all(row, cycle.arms.reshaped());
   row.append(static_cast<std::size_t>(3 * (most_arms_ - cycle.arms.cols())), ',');
   file_.add(row);
   file_.flush();
@@ -170,6 +159,51 @@ CycleChange change(const Cycle& before, const Cycle& after, double length_m) {
   };
   return {relative(before.translation_m, after.translation_m, length_m),
           relative(rotation_vector(before.rotation), rotation_vector(after.rotation), 1.0)};
+}
+
+void Balance::observe(const StepRecord& record) {
+  if (!started_) add_motion(record.kinematics, sums_.start_kg_m_per_s, sums_.start_J);
+  started_ = true;
+  for (Eigen::Index b = 0; b < record.kinematics.bodies(); ++b) {
+    if (!moves_under_loads(bodies_[b])) continue;
+    const auto impulse = [&](const Loads& loads) -> Eigen::Vector3d { return loads.force_N.col(b) * step_s_; };
+    const auto work_J = [&](const Loads& loads) {
+      return step_s_ * (loads.force_N.col(b).dot(record.kinematics.velocity_m_per_s.col(b)) +
+                        loads.torque_N_m.col(b).dot(record.kinematics.angular_velocity_rad_per_s.col(b)));
+    };
+    sums_.from_fluid_N_s += impulse(record.raw);
+    sums_.from_drive_N_s += impulse(record.drive);
+    sums_.withheld_N_s += impulse(record.raw) - impulse(record.applied);
+    sums_.exchanged_N_s += impulse(record.raw).norm();
+    sums_.from_fluid_J += work_J(record.raw);
+    sums_.from_drive_J += work_J(record.drive);
+  }
+}
+
+/// P = Σ M v,   E = Σ (M v² + ω · I ω)/2
+void Balance::add_motion(const Kinematics& kinematics, Eigen::Vector3d& momentum_kg_m_per_s, double& energy_J) const {
+  for (Eigen::Index b = 0; b < kinematics.bodies(); ++b) {
+    const BodySpecification& body = bodies_[b];
+    if (!moves_under_loads(body)) continue;
+    const Eigen::Vector3d v = kinematics.velocity_m_per_s.col(b);
+    const Eigen::Vector3d w_B =
+        rotation_matrix(kinematics.orientation_wxyz.col(b)).transpose() * kinematics.angular_velocity_rad_per_s.col(b);
+    momentum_kg_m_per_s += body.mass_kg * v;
+    energy_J += 0.5 * (body.mass_kg * v.squaredNorm() + w_B.dot(inertia_tensor_kg_m2(body) * w_B));
+  }
+}
+
+nlohmann::ordered_json Balance::report() const {
+  return {{"momentum_N_s",
+           {{"bodies_at_start", sums_.start_kg_m_per_s},
+            {"bodies_at_end", end_kg_m_per_s_},
+            {"from_fluid", sums_.from_fluid_N_s},
+            {"from_drive", sums_.from_drive_N_s}}},
+          {"energy_J",
+           {{"bodies_at_start", sums_.start_J},
+            {"bodies_at_end", end_J_},
+            {"from_fluid", sums_.from_fluid_J},
+            {"from_drive", sums_.from_drive_J}}}};
 }
 
 }  // namespace copepod::coupler

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <numbers>
 #include <numeric>
 #include <set>
 #include <tuple>
 #include <unordered_map>
-#include <utility>
 
 #include "analysis/swimmer_figures.hpp"
 #include "contract/errors.hpp"

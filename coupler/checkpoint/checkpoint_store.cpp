@@ -11,7 +11,6 @@
 
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
-#include "storage/checksum.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::coupler {

@@ -1,11 +1,10 @@
-#include "checkpoint/coupler_state.hpp"
-
 #include <algorithm>
 #include <concepts>
 #include <type_traits>
 
 #include <nlohmann/json.hpp>
 
+#include "checkpoint/checkpoint_store.hpp"
 #include "contract/errors.hpp"
 #include "conversion/members.hpp"
 

@@ -10,7 +10,7 @@
 #include "contract/body_setup.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/fluid_setup.hpp"
-#include "driving/controllers.hpp"
+#include "driving/driving_protocol.hpp"
 
 namespace copepod::coupler {
 

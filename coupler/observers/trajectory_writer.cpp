@@ -9,7 +9,6 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "storage/table_file.hpp"
 #include "system/durable_file.hpp"
 
 namespace copepod::coupler {
@@ -32,16 +31,11 @@ TrajectoryFile csv_trajectory(const std::string& path, const std::vector<std::st
     for (Eigen::Index body = 0; body < state.bodies(); ++body) {
       row.clear();
       append(row, record.step);
-      row += ',';
-      append(row, time_s);
+      append_all(row, time_s);
       row += ',' + names[body];
-      append_all(row, state.position_m.col(body));
-      append_all(row, state.orientation_wxyz.col(body));
-      append_all(row, state.velocity_m_per_s.col(body));
-      append_all(row, state.angular_velocity_rad_per_s.col(body));
-      append_all(row, record.applied.force_N.col(body));
-      append_all(row, record.applied.torque_N_m.col(body));
-      append_all(row, record.drive.force_N.col(body));
+      append_all(row, state.position_m.col(body), state.orientation_wxyz.col(body), state.velocity_m_per_s.col(body),
+                 state.angular_velocity_rad_per_s.col(body), record.applied.force_N.col(body),
+                 record.applied.torque_N_m.col(body), record.drive.force_N.col(body));
       to.add(row);
     }
   };
@@ -122,9 +116,7 @@ void SampleWriter::observe(const StepRecord& record) {
   if (values.size() == 0) return;
   std::string row;
   append(row, record.step);
-  row += ',';
-  append(row, static_cast<double>(record.step) * step_s_);
-  append_all(row, values);
+  append_all(row, static_cast<double>(record.step) * step_s_, values);
   file_.add(row);
 }
 

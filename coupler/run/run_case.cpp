@@ -8,7 +8,7 @@
 #include <spdlog/spdlog.h>
 
 #include "analysis/coefficients.hpp"
-#include "analysis/swimmer_report.hpp"
+#include "analysis/swimmer_figures.hpp"
 #include "config/checks/checks.hpp"
 #include "config/sections/sections.hpp"
 #include "config/setups.hpp"

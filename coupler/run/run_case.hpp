@@ -1,25 +1,67 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "analysis/cycle_observer.hpp"
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
 #include "contract/timeline.hpp"
 #include "driving/driving_protocol.hpp"
+#include "observers/bodies_writer.hpp"
 #include "observers/events.hpp"
+#include "observers/observer.hpp"
+#include "observers/trajectory_writer.hpp"
 #include "run/checkpointer.hpp"
 #include "run/components.hpp"
-#include "run/run_observers.hpp"
 #include "run/summary.hpp"
 #include "scheme/serial_explicit.hpp"
 #include "storage/run_directory.hpp"
 
 namespace copepod::coupler {
+
+/// The observers of a run: trajectory, surfaces of the bodies, analysis, progress.
+class RunObservers final : public Observer {
+ public:
+  /// References must outlive this object.
+  /// @param resumed  the checkpoint that the run continues from; null: it starts
+  /// @param step     receives the step that is being computed
+  /// @throws StorageError if files cannot be written, or are not what the checkpoint needs
+  RunObservers(const LoadedCase& loaded, const RunDirectory& directory, Events& events, const CouplerState* resumed,
+               std::int64_t& step);
+
+  void observe(const StepRecord& record) override;
+  void finish(const StepRecord& last) override;
+
+  [[nodiscard]] CycleObserver& cycles() { return cycles_; }
+  [[nodiscard]] Balance& balance() { return balance_; }
+
+  /// Brings all rows so far to the disk.
+  /// @return where the tables end now
+  TableEnds sync_files();
+
+ private:
+  const RunDirectory& directory_;
+  std::int64_t& step_;
+  std::filesystem::path trajectory_path_;
+  std::unique_ptr<TrajectoryWriter> trajectory_;
+  std::filesystem::path obstacles_path_;
+  std::optional<ObstacleWriter> obstacles_;                ///< where there are any with loads
+  std::optional<BodiesWriter> bodies_;                     ///< if asked for
+  std::map<std::filesystem::path, SampleWriter> samples_;  ///< flow.csv, coefficients.csv; likewise
+  Progress progress_;
+  std::optional<CycleTable> cycle_table_;  ///< where there are cycles to measure
+  CycleObserver cycles_;
+  Balance balance_;
+  std::vector<Observer*> all_;  ///< in the order of their calls
+};
 
 /// Whether a run begins at step 0, at the newest checkpoint of its directory, or at that of another run.
 enum class Beginning { fresh, resumed, branched };
@@ -120,5 +162,4 @@ class CaseRun {
   std::int64_t step_ = -1;
   std::vector<std::string> notices_;
 };
-
 }  // namespace copepod::coupler

@@ -1,11 +1,9 @@
-#include "run/run_observers.hpp"
-
 #include <algorithm>
 #include <iterator>
 
 #include "analysis/coefficients.hpp"
-#include "analysis/cycle_observer.hpp"
 #include "config/setups.hpp"
+#include "run/run_case.hpp"
 
 namespace copepod::coupler {
 namespace {

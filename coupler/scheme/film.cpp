@@ -1,5 +1,3 @@
-#include "scheme/film.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+
+#include "scheme/lubrication.hpp"
 
 namespace copepod::coupler {
 namespace {

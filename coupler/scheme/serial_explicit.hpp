@@ -18,7 +18,6 @@
 #include "contract/fluid_setup.hpp"
 #include "contract/fluid_solver.hpp"
 #include "contract/timeline.hpp"
-#include "driving/controllers.hpp"
 #include "driving/driving_protocol.hpp"
 #include "observers/observer.hpp"
 #include "scheme/lubrication.hpp"

@@ -5,18 +5,34 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 
-#include <Eigen/Core>
-
-#include "storage/checksum.hpp"
-
 namespace copepod::coupler {
+
+/// XXH3 hash (64 bits, seed 0) of bytes that come one after the other.
+class Checksum {
+ public:
+  Checksum();
+
+  void add(std::string_view bytes);
+  /// Of all bytes so far; more may follow.
+  [[nodiscard]] std::uint64_t value() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State, void (*)(State*)> state_;
+};
+
+/// Of `bytes` bytes of a file, behind the first `skipped`.
+/// @throws StorageError if it cannot be read, or is shorter
+Checksum checksum_of_start(const std::filesystem::path& file, std::uint64_t bytes, std::uint64_t skipped = 0);
 
 /// Where a table of a run directory ended at some time, and the checksum of its rows until there.
 struct TableEnd {
@@ -110,13 +126,18 @@ void append(std::string& row, Number number) {
   row.append(text.data(), std::to_chars(text.data(), text.data() + text.size(), number).ptr);
 }
 
-/// Appends a comma and a field for each element of a vector.
-template <typename Column>
-void append_all(std::string& row, const Eigen::MatrixBase<Column>& column) {
-  for (Eigen::Index i = 0; i < column.size(); ++i) {
-    row += ',';
-    append(row, column[i]);
-  }
+/// Appends a comma and a field for each number, and for each element of a vector; absent numbers have empty fields.
+template <typename... Values>
+void append_all(std::string& row, const Values&... values) {
+  const auto append_each = [&row](const auto& value) {
+    if constexpr (requires { value.begin(); })
+      for (const auto number : value) append(row += ',', number);
+    else if constexpr (requires { *value; })
+      value ? append(row += ',', *value) : row.push_back(',');
+    else
+      append(row += ',', value);
+  };
+  (append_each(values), ...);
 }
 
 /// A name, in quotes where CSV needs them.
@@ -126,5 +147,4 @@ inline std::string csv_field(const std::string& name) {
   for (const char c : name) field += c == '"' ? std::string("\"\"") : std::string(1, c);
   return field + "\"";
 }
-
 }  // namespace copepod::coupler

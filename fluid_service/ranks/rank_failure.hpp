@@ -8,7 +8,7 @@
 #include <string>
 
 #include "contract/errors.hpp"
-#include "conversion/text.hpp"
+#include "conversion/limits.hpp"
 #include "system/process.hpp"
 
 namespace copepod::fluid {

@@ -9,7 +9,6 @@
 
 #include "component/command_line.hpp"
 #include "component/control_lane.hpp"
-#include "component/served_solver.hpp"
 #include "component/server.hpp"
 #include "conversion/codec.hpp"
 #include "system/process.hpp"

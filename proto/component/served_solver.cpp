@@ -1,8 +1,7 @@
-#include "component/served_solver.hpp"
-
 #include <stdexcept>
 #include <string>
 
+#include "component/server.hpp"
 #include "contract/errors.hpp"
 #include "conversion/finite.hpp"
 #include "recording/recorder.hpp"

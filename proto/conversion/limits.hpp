@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 #include "contract/errors.hpp"
 
@@ -50,4 +51,8 @@ class DamagedMessage final : public MalformedMessage {
       : MalformedMessage(std::to_string(bytes) + " bytes do not end with their checksum") {}
 };
 
+/// A text that may travel: cut at `limit` bytes, and every byte that is not part of valid UTF-8 replaced by
+/// '?'. Protocol Buffers refuse other bytes, and the message of a failing solver must not
+/// be lost for its encoding.
+std::string as_utf8(std::string_view text, std::size_t limit);
 }  // namespace copepod::conversion

@@ -1,11 +1,11 @@
-#include "conversion/packed_arrays.hpp"
-
 #include <bit>
 #include <cstdint>
 #include <cstring>
 
 #include <google/protobuf/io/coded_stream.h>
 #include <google/protobuf/wire_format_lite.h>
+
+#include "conversion/codec.hpp"
 #define XXH_INLINE_ALL  // the kit's users need no library for it
 #include <xxhash.h>
 

@@ -14,7 +14,6 @@
 #include "conversion/enumerations.hpp"
 #include "conversion/limits.hpp"
 #include "conversion/message_fields.hpp"
-#include "conversion/text.hpp"
 #include "copepod/v1/envelope.pb.h"
 
 namespace copepod::conversion {

@@ -1,9 +1,9 @@
-#include "conversion/text.hpp"
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
+
+#include "conversion/limits.hpp"
 
 namespace copepod::conversion {
 

@@ -22,7 +22,7 @@
 #include <zmq.hpp>
 
 #include "component/run_component.hpp"
-#include "component/served_solver.hpp"
+#include "component/server.hpp"
 #include "conversion/codec.hpp"
 #include "coupled_run.hpp"
 #include "fake_programs.hpp"

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "conversion/codec.hpp"
-#include "conversion/packed_arrays.hpp"
 #include "session/component_session.hpp"
 #include "session/coupler_session.hpp"
 

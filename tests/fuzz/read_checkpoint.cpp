@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include "checkpoint/checkpoint_store.hpp"
-#include "checkpoint/coupler_state.hpp"
 #include "contract/digest.hpp"
 #include "contract/errors.hpp"
 #include "storage/state_file.hpp"

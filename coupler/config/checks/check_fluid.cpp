@@ -4,7 +4,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
-#include "config/sections/case.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

@@ -1,13 +1,11 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <vector>
 
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/geometry.hpp"
-#include "config/sections/case.hpp"
+#include "config/placement/placement.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/geometry.hpp"
+#include "config/placement/placement.hpp"
 
 namespace copepod::coupler {
 namespace {

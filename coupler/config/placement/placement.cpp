@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/placement/geometry.hpp"
-
 namespace copepod::coupler {
 
 namespace {

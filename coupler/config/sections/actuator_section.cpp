@@ -6,8 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/csv_rows.hpp"
-#include "contract/words.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -7,9 +7,8 @@
 
 #include "config/sections/sections.hpp"
 #include "config/shapes/mesh_file.hpp"
-#include "config/yaml/csv_rows.hpp"
+#include "config/yaml/keys.hpp"
 #include "contract/errors.hpp"
-#include "contract/words.hpp"
 #include "geometry/shapes/solid.hpp"
 
 namespace copepod::coupler {

@@ -4,9 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/document.hpp"
 #include "contract/digest.hpp"
-#include "contract/words.hpp"
 
 // The whole case, and its short sections.
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/csv_rows.hpp"
+#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 namespace {

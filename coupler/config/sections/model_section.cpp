@@ -9,9 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/csv_rows.hpp"
+#include "config/yaml/keys.hpp"
 #include "conversion/limits.hpp"
-#include "conversion/text.hpp"
 
 namespace copepod::coupler {
 namespace {

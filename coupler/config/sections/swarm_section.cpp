@@ -9,8 +9,7 @@
 
 #include "config/placement/placement.hpp"
 #include "config/sections/sections.hpp"
-#include "config/yaml/csv_rows.hpp"
-#include "contract/words.hpp"
+#include "config/yaml/keys.hpp"
 #include "geometry/rotation.hpp"
 
 // Section `swarm`: a template and how copies of it are placed. They become swimmers like those of section `swimmers`,

@@ -7,7 +7,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "config/sections/sections.hpp"
-#include "config/yaml/keys.hpp"
 
 namespace copepod::coupler {
 namespace {

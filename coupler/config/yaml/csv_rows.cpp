@@ -1,11 +1,10 @@
-#include "config/yaml/csv_rows.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
 #include <spdlog/fmt/fmt.h>
 
+#include "config/yaml/keys.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

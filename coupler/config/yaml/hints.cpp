@@ -1,10 +1,8 @@
 #include <algorithm>
 #include <cctype>
-#include <set>
 #include <string_view>
 
 #include "config/yaml/keys.hpp"
-#include "contract/words.hpp"
 
 namespace copepod::coupler {
 namespace {

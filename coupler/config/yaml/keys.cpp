@@ -1,7 +1,6 @@
 #include "config/yaml/keys.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <utility>
@@ -199,15 +198,14 @@ void Keys::describe_also(const ordered_json& more) {
 
 /// Writes and describes what may have been read.
 /// @param form  makes the schema of the value
-void Keys::record(const Key& key, const auto& value, const auto& form, const char* description) {
+void Keys::record(const Key& key, const auto& value, const char* description, const auto& form) {
   write(key.name, value);
   if (describes()) describe(key, with_default(form(), value, key), description);
 }
 
 void Keys::number(const Key& key, double& value, Range range, const char* description) {
   if (const Value* given = wanted(key)) value = parse_number(path_of(key.name), *given, range).value_or(value);
-  record(
-      key, value, [&] { return schema_of_number(range); }, description);
+  record(key, value, description, [&] { return schema_of_number(range); });
 }
 
 void Keys::number(const Key& key, std::optional<double>& value, Range range, const char* description) {
@@ -244,23 +242,20 @@ void Keys::number_or(const Key& key, std::optional<double>& value, Range range, 
 
 void Keys::integer(const Key& key, std::int64_t& value, Range range, const char* description) {
   if (const Value* given = wanted(key)) value = parse_integer(path_of(key.name), *given, range).value_or(value);
-  record(
-      key, value, [&] { return schema_of_integer(range); }, description);
+  record(key, value, description, [&] { return schema_of_integer(range); });
 }
 
 void Keys::numbers(const Key& key, Eigen::Ref<Eigen::VectorXd> values, const char* description) {
   const auto parse = [this](const auto& path, const Value& item) { return parse_number(path, item, Range::any); };
   read_list(key, parse, values);
   const auto size = static_cast<std::size_t>(values.size());
-  record(
-      key, values, [&] { return schema_of_list(schema_of_number(Range::any), size); }, description);
+  record(key, values, description, [&] { return schema_of_list(schema_of_number(Range::any), size); });
 }
 
 void Keys::integers(const Key& key, std::span<std::int64_t> values, Range range, const char* description) {
   read_list(
       key, [&](const auto& path, const Value& item) { return parse_integer(path, item, range); }, values);
-  record(
-      key, values, [&] { return schema_of_list(schema_of_integer(range), values.size()); }, description);
+  record(key, values, description, [&] { return schema_of_list(schema_of_integer(range), values.size()); });
 }
 
 void Keys::text(const Key& key, std::string& value, const char* description) {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <set>
@@ -151,7 +152,7 @@ class Keys {
   std::optional<double> parse_number(const std::string& path, const Value& value, Range range);
   std::optional<std::int64_t> parse_integer(const std::string& path, const Value& value, Range range);
   void read_list(const Key& key, const auto& parse, auto& numbers);
-  void record(const Key& key, const auto& value, const auto& form, const char* description);
+  void record(const Key& key, const auto& value, const char* description, const auto& form);
   /// @return the place of what is chosen among the names
   std::size_t choose(const Key& key, std::size_t place, std::span<const char* const> names, const char* description);
   void items(const Key& key, std::size_t count, const char* description,
@@ -188,5 +189,29 @@ std::string hint_for(const std::string& key, const std::vector<std::string>& kno
 /// Splits a command like a shell would: spaces separate, quotes and backslashes keep together.
 /// @throws CaseError if a quote is not closed
 std::vector<std::string> split_command(const std::string& command);
+
+/// Whether the first line of a file must name its columns. Where it may be missing, the required columns stand in their
+/// order, and a first line of other words is left out.
+enum class CsvHeader { required, optional };
+
+/// Numbers of a CSV file.
+struct CsvRows {
+  std::filesystem::path path;
+  std::vector<std::vector<double>> values;  ///< of each row, in the order in which the columns were asked for
+  std::vector<int> lines;                   ///< of each row in the file, counted from 1
+  bool has_optional = false;                ///< whether the optional columns are there, after the others
+};
+
+/// The file that a key names: where a case file names it, a relative path starts in the folder of that file.
+std::filesystem::path file_beside_case(Keys& keys, const std::string& key);
+
+/// Reads the file that a key names as spreadsheets write it: fields between commas, semicolons or tabs, with or without
+/// quotes and byte-order mark; blank lines and those that start with # are left out. What cannot be used is reported
+/// with its line.
+/// @param required  columns in any order
+/// @param optional  columns of which all are there or none
+std::optional<CsvRows> read_csv_rows(Keys& keys, const std::string& key, const std::vector<std::string>& required,
+                                     const std::vector<std::string>& optional = {},
+                                     CsvHeader header = CsvHeader::required);
 
 }  // namespace copepod::coupler

@@ -1,14 +1,12 @@
 #include <algorithm>
 #include <optional>
-#include <set>
 #include <sstream>
-#include <vector>
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include "config/yaml/document.hpp"
-#include "conversion/text.hpp"
+#include "conversion/limits.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -7,10 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "analysis/cycle.hpp"
 #include "analysis/made_up_motion.hpp"
 #include "analysis/swimmer_figures.hpp"
-#include "analysis/swimmer_report.hpp"
 #include "contract/errors.hpp"
 
 namespace copepod::coupler {

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "analysis/cycle.hpp"
+#include "analysis/cycle_observer.hpp"
 #include "analysis/made_up_motion.hpp"
 #include "temporary_folder.hpp"
 

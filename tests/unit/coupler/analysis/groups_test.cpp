@@ -11,7 +11,7 @@
 
 #include "analysis/cycle_observer.hpp"
 #include "analysis/made_up_motion.hpp"
-#include "analysis/swimmer_report.hpp"
+#include "analysis/swimmer_figures.hpp"
 
 namespace copepod::coupler {
 namespace {

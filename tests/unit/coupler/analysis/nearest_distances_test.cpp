@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "analysis/swimmer_report.hpp"
+#include "analysis/swimmer_figures.hpp"
 
 namespace copepod::coupler {
 namespace {

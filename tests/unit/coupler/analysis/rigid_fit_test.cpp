@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "analysis/cycle.hpp"
+#include "analysis/cycle_observer.hpp"
 
 namespace copepod::coupler {
 namespace {

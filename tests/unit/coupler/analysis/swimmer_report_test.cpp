@@ -1,5 +1,3 @@
-#include "analysis/swimmer_report.hpp"
-
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -7,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/made_up_motion.hpp"
+#include "analysis/swimmer_figures.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "contract/errors.hpp"
 #include "fakes.hpp"
-#include "storage/checksum.hpp"
+#include "storage/table_file.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {

@@ -1,8 +1,7 @@
-#include "remote/handshake.hpp"
-
 #include <gtest/gtest.h>
 
 #include "contract/errors.hpp"
+#include "remote/link.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -7,7 +7,6 @@
 #include <spdlog/sinks/null_sink.h>
 
 #include "component/control_lane.hpp"
-#include "component/served_solver.hpp"
 #include "component/server.hpp"
 #include "in_memory.hpp"
 #include "remote/link.hpp"

@@ -8,7 +8,6 @@
 #include <spdlog/sinks/null_sink.h>
 
 #include "component/control_lane.hpp"
-#include "component/served_solver.hpp"
 #include "component/server.hpp"
 #include "conversion/codec.hpp"
 #include "in_memory.hpp"

@@ -4,7 +4,7 @@
 
 #include "components.hpp"
 #include "constant_drag_fluid.hpp"
-#include "conversion/packed_arrays.hpp"
+#include "conversion/codec.hpp"
 #include "memory_server.hpp"
 
 namespace copepod::component {

@@ -5,7 +5,6 @@
 
 #include "conversion/codec.hpp"
 #include "conversion/limits.hpp"
-#include "conversion/packed_arrays.hpp"
 #include "samples.hpp"
 
 namespace copepod::conversion {

@@ -1,6 +1,5 @@
 // The arrays of an exchange are written and read without Protobuf's message objects: the bytes are Protobuf's
 // all the same, and whatever else Protobuf allows is read too.
-#include "conversion/packed_arrays.hpp"
 
 #include <algorithm>
 #include <array>

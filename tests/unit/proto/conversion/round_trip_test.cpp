@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "conversion/codec.hpp"
-#include "conversion/text.hpp"
+#include "conversion/limits.hpp"
 #include "copepod/v1/envelope.pb.h"
 #include "samples.hpp"
 

@@ -1,7 +1,6 @@
-#include "config/yaml/csv_rows.hpp"
-
 #include <gtest/gtest.h>
 
+#include "config/yaml/keys.hpp"
 #include "temporary_folder.hpp"
 
 namespace copepod::coupler {
