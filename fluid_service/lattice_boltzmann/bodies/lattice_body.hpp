@@ -35,7 +35,7 @@ struct LatticeBody {
   /// that are not the nearest to its position.
   Eigen::Array3d period = Eigen::Array3d::Zero();
   bool moves = true;      ///< no obstacle does
-  bool has_loads = true;  ///< whether those on an obstacle are wanted
+  bool has_loads = true;  ///< whether the case asks for those on an obstacle
 
   LatticeBody() = default;
   LatticeBody(const Shape& shape, double cell_m)
