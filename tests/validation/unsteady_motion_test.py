@@ -51,6 +51,23 @@ class UnsteadyMotion(WholeRunTest):
         place = float(self.rows_of("migrating_cylinder")[-1]["x_m"]) / 48.0e-5
         self.assertAlmostEqual(place / 0.2745, 1, delta=0.01)  # [Inamuro, Maeba and Ogino 2000], Re = 12.78
 
+    def test_neutral_sphere_of_three_fifths_of_a_slit_lags_behind_the_flow(self):
+        """0.86 of the velocity in the middle [Staben, Zinchenko and Davis 2003]; 0.88 by Faxen's law alone."""
+        width, radius, fastest = 24 * CELL_M, 7.2 * CELL_M, 2e-3
+        pressure_gradient = 8 * DENSITY * VISCOSITY * fastest / width**2
+        pushed = f"{4 / 3 * math.pi * radius**3 * pressure_gradient:.9e}"
+        rows = self.rows_of(
+            "migrating_cylinder",
+            "fluid.relaxation_time=1",
+            "fluid.domain_cells=[24, 64, 64]",
+            f"fluid.body_force_N_per_m3=[0, {pressure_gradient:.9e}, 0]",
+            f"bodies=[{{name: cylinder, radius_m: {radius:.9e}, density_kg_per_m3: {DENSITY}, "
+            "position_m: [1.2e-4, 3.23e-4, 3.22e-4]}]",
+            f"actuators.0.signal.amplitude_N={pushed}",
+            "run.steps=5000",
+        )
+        self.assertAlmostEqual(float(rows[-1]["vy_m_per_s"]) / fastest / 0.86, 1, delta=0.015)
+
     def test_started_sphere_and_fluid_keep_their_momentum(self):
         for ratio in (0.5, 1, 2):
             mass = ratio * 4 / 3 * math.pi * DENSITY * (4 * CELL_M) ** 3

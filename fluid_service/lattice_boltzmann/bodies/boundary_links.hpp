@@ -37,6 +37,7 @@ class BoundaryLinks {
   void set(std::int32_t body, const Cell& cell, std::uint32_t directions, std::uint32_t second_cells);
 
   [[nodiscard]] const BodySurface& of_body(std::size_t body) const { return surfaces_[body]; }
+  [[nodiscard]] BodySurface& of_body(std::size_t body) { return surfaces_[body]; }
   [[nodiscard]] BoundaryValues<T>& values() { return arrays_.values; }
 
   /// For the bulk update, which puts f_ᾱ of boundary cells where it reads it, and collects f̃_α and moments.

@@ -90,6 +90,8 @@ void LatticeBody::place(const Eigen::Vector3d& at, const Eigen::Quaterniond& ori
   const bool stays = !shape_ || (placed && placed->is_at(at, q));
   if (stays || !at.allFinite() || !axis.allFinite()) return;
   placed = fluid::place(*shape_, at, q, cell_m_);
+  const Eigen::Vector3d link = Eigen::Vector3d::Constant(1.5);  // more than the longest along an axis
+  reached_from_ = {placed->bounds().min() - link, placed->bounds().max() + link};
   images_ = {Eigen::Vector3d::Zero()};
   for (int i = 0; i < 3; ++i) {
     if (period[i] == 0.0) continue;
@@ -106,7 +108,8 @@ void LatticeBody::place(const Eigen::Vector3d& at, const Eigen::Quaterniond& ori
 
 double LatticeBody::entry_into_images(const Eigen::Vector3d& r, int direction) const {
   double q = std::numeric_limits<double>::infinity();
-  for (const Eigen::Vector3d& image : images_) q = std::min(q, placed->entry(r - image, direction));
+  for (const Eigen::Vector3d& image : images_)
+    if (reached_from_.contains(r - image)) q = std::min(q, placed->entry(r - image, direction));
   return q;
 }
 

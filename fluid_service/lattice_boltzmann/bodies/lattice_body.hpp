@@ -34,6 +34,8 @@ struct LatticeBody {
   /// Of an obstacle: distance of its images along each axis, 0 if none. It may be longer, so that links enter images
   /// that are not the nearest to its position.
   Eigen::Array3d period = Eigen::Array3d::Zero();
+  bool moves = true;      ///< no obstacle does
+  bool has_loads = true;  ///< whether the case asks for those on an obstacle
 
   LatticeBody() = default;
   LatticeBody(const Shape& shape, double cell_m)
@@ -83,6 +85,7 @@ struct LatticeBody {
   Eigen::Vector3d half_extents_ = Eigen::Vector3d::Zero();  ///< likewise, along the lattice
   std::shared_ptr<const Shape> shape_;                      ///< if it is placed
   std::vector<Eigen::Vector3d> images_;                     ///< those that links may enter, from the position
+  Eigen::AlignedBox3d reached_from_;                        ///< where links into one of them begin, from its position
 };
 
 /// Half-open range of cells [low, high) along z, in cells counted without wrapping; empty if low ≥ high.

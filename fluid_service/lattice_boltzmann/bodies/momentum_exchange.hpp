@@ -85,7 +85,9 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     for (std::size_t place = 0; place < bodies.size(); ++place) {
       const auto body = static_cast<std::size_t>(bodies[place]);
       const std::size_t count = links.of_body(body).groups.size();
-      exchange(body, place, {group, count}, links.values(), returned[place], loads, kept_back, distances);
+      const bool moves = map_.bodies()[body].moves;
+      exchange(body, place, {group, count}, links.values(), returned[place], loads, kept_back,
+               moves ? distances : links.of_body(body).wall_distances);
       group += count;
     }
   }
@@ -119,15 +121,18 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     const ShapeKind kind = map_.bodies()[body].kind;
     const bool has_distances =
         by_lanes && Formula::uses_wall_distance && kind != ShapeKind::sphere && kind != ShapeKind::ellipsoid;
-    const std::size_t most = has_distances ? most_distances : LaneSums::most_groups;
+    const bool moves = map_.bodies()[body].moves;
+    if (has_distances && !moves && distances.empty()) set_wall_distances(map_.bodies()[body], groups, distances);
+    const std::size_t most = has_distances && moves ? most_distances : LaneSums::most_groups;
     for (std::size_t start = 0; start < groups.size(); start += most) {
       const std::size_t end = std::min(groups.size(), start + most);
-      if (has_distances) set_wall_distances(map_.bodies()[body], groups.subspan(start, end - start), distances);
+      if (has_distances && moves)
+        set_wall_distances(map_.bodies()[body], groups.subspan(start, end - start), distances);
       for (std::size_t g = start; g < end;) {
         if (by_lanes) {
           LaneSums lanes;
           if (has_distances)
-            in_block.wall_distances = distances.data() + (g - start) * BodyInBlock::distances_per_group;
+            in_block.wall_distances = distances.data() + (moves ? g - start : g) * BodyInBlock::distances_per_group;
           g += exchange_groups_(formula_, in_block, groups.data() + g, end - g, values, lanes);
           const auto sum = [](const Lanes<std::int64_t>& of_lanes) {
             return std::accumulate(of_lanes.begin(), of_lanes.end(), fixed_point::Sum{0});
@@ -174,7 +179,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   /// Where the links of groups cross the surface; 1 in free lanes.
   void set_wall_distances(const LatticeBody& body, std::span<const CellGroup* const> groups,
                           std::vector<double>& distances) const {
-    distances.resize(most_distances * BodyInBlock::distances_per_group);
+    distances.resize(groups.size() * BodyInBlock::distances_per_group);
     const Cell& low = layout_.block().low;
     double* of_group = distances.data();
     for (const CellGroup* const group : groups) {
@@ -191,7 +196,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     }
   }
 
-  /// Whether the links of a body are what exchange_groups is for: into one image of it. Films are computed one by one.
+  /// Whether the links of a body are what exchange_groups is for: into one image of it, or into any of an obstacle,
+  /// which does not move, so that only its torque depends on the image. Films are computed one by one.
   [[nodiscard]] bool is_simple(const LatticeBody& body) const {
     const Domain& domain = map_.domain();
     const Eigen::AlignedBox3d bounds = body.bounds();
@@ -200,6 +206,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       const auto cells = static_cast<double>(domain.cells()[axis]);
       const double x = body.position[axis];
       if (domain.periodic(axis)) {
+        if (!body.has_loads) continue;
         // The same image from all its cells, which are neither beyond a seam nor nearly half a domain away.
         const double inside = x - cells * std::floor(x / cells);
         if (inside < reach || inside > cells - reach || 2.0 * reach > cells - 2.0) return false;

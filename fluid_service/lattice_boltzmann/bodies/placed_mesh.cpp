@@ -208,10 +208,12 @@ class PlacedMesh final : public PlacedShape {
     (std::make_integer_sequence<int, 9>());
   }
 
-  /// Where in `table_` a link is, or belongs.
+  /// Where in `table_` a link is, or belongs: links of cells that follow each other in a row are near each other.
   [[nodiscard]] std::size_t place_of(std::uint64_t link) const {
     const std::size_t mask = table_.size() - 1;
-    std::size_t place = static_cast<std::size_t>((link * 0x9e3779b97f4a7c15U) >> 32) & mask;
+    const std::uint64_t in_row = link & ((std::uint64_t{1} << 24) - 1);
+    const std::uint64_t row = link >> 24;
+    std::size_t place = static_cast<std::size_t>(((row * 0x9e3779b97f4a7c15U) >> 32) + in_row) & mask;
     while (table_[place].link != 0 && table_[place].link != link) place = (place + 1) & mask;
     return place;
   }

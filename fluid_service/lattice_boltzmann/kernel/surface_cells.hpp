@@ -88,6 +88,7 @@ struct SurfacePlace {
 /// Boundary cells of one body on this rank.
 struct BodySurface {
   std::vector<CellGroup> groups;
+  std::vector<double> wall_distances;  ///< of an obstacle, as BodyInBlock has them; empty when cells were added
 
   SurfacePlace add(const std::array<std::int32_t, 3>& cell, std::uint32_t directions, std::uint32_t second_cells);
   void remove(const SurfacePlace& place);
@@ -100,6 +101,7 @@ struct BodySurface {
 
 inline SurfacePlace BodySurface::add(const std::array<std::int32_t, 3>& cell, std::uint32_t directions,
                                      std::uint32_t second_cells) {
+  wall_distances.clear();
   const auto links = static_cast<std::uint32_t>(std::popcount(directions));
   const auto has_room = [&](const CellGroup& g) { return g.links == links && g.used < surface_lanes; };
   std::uint32_t& last = last_[links];

@@ -6,9 +6,9 @@ import time
 from typing import Any
 
 import zmq
-from zmq.utils.monitor import recv_monitor_message
 
 from .errors import ExitCode, Refused
+from .keys import next_event
 from .messages import Damaged, envelope, from_frame, to_frame
 
 DISCONNECTED_S = 3.0
@@ -43,7 +43,7 @@ class ControlLane:
             if socket.poll(100):
                 self._handle(socket, socket.recv())
             while monitor.poll(0):
-                self._connected = recv_monitor_message(monitor)["event"] == zmq.EVENT_CONNECTED
+                self._connected = next_event(monitor) == zmq.EVENT_CONNECTED
             if self._header is not None:
                 self._look_for_coupler()
             if self._context.stop_code and stopping_since is None:
