@@ -171,7 +171,7 @@ void Contacts::push_image(int A, int B, const Eigen::Vector3d& apart_m, std::uin
   const CoreSegment core_A{Eigen::Vector3d::Zero(), half_m(A, shape_A)};
   const CoreSegment core_B{apart_m, half_m(B, shape_B)};
   const Eigen::Vector3d at_A_m = nearest_place(core_A, core_B) * core_A.half_W_m;
-  const Eigen::Vector3d at_B_m = nearest_place(core_B, {at_A_m, Eigen::Vector3d::Zero()}) * core_B.half_W_m;
+  const Eigen::Vector3d at_B_m = nearest_place(core_B, at_A_m) * core_B.half_W_m;
   const Eigen::Vector3d between_m = apart_m + at_B_m - at_A_m;
   const double distance_m = between_m.norm();
   const double overlap_m = shape_A.radius_m + shape_B.radius_m - distance_m;

@@ -36,7 +36,7 @@ struct Nearest {
 };
 
 Nearest nearest(const NearSurface& surface, const Eigen::Vector3d& point_m) {
-  if (!surface.is_body()) return {surface.normal, surface.distance_m(point_m), 0.0};
+  if (!surface.is_body()) return {surface.normal, surface.from(point_m).m, 0.0};
   const Eigen::Vector3d& half_m = surface.core.half_W_m;
   const Eigen::Vector3d from_centre_m = point_m - surface.core.centre_W_m;
   const double length_m = half_m.norm();
@@ -116,7 +116,7 @@ class FilmFinder {
 
   /// Of spheres and ellipsoids one of which is an ellipsoid, by the curvatures at the points that are nearest.
   void add_ellipsoid(const SmoothSurface& first) const {
-    Separation nearest{second_.normal, second_.distance_m(first.support_m(-second_.normal))};
+    Separation nearest{second_.normal, second_.from(first.support_m(-second_.normal)).m};
     if (second_.is_body()) nearest = separation(first, second_.smooth(), range_.high_m);
     const Eigen::Vector3d& n = nearest.normal;
     Eigen::Matrix<double, 3, 2> across;

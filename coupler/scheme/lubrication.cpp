@@ -111,7 +111,7 @@ void Lubrication::find_films() {
   }
   surfaces_->find(moved_);
   for (std::size_t body = 0; body < motion_.size(); ++body) {
-    NearSurface own = surfaces_->surface_of(static_cast<int>(body), moved_);
+    NearSurface own = surfaces_->surface_of(body);
     own.core.centre_W_m.setZero();
     for (const NearSurface& surface : surfaces_->of_body(body)) {
       if (is_done(static_cast<int>(body), surface)) continue;

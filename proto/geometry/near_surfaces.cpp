@@ -3,19 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-namespace copepod {
+#include <Eigen/LU>
 
-double NearSurface::distance_m(const Eigen::Vector3d& point_m) const {
-  if (!is_body()) return distance_of_centre_m + normal.dot(point_m);
-  if (is_ellipsoid()) return smooth().distance_m(point_m);
-  return segment_distance_m({point_m, Eigen::Vector3d::Zero()}, core) - radius_m;
-}
+namespace copepod {
 
 NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
     : setup_(setup),
       reach_m_(reach_m),
       length_m_(setup.length_m()),
       near_pairs_(setup.bodies, reach_m, setup.periodic_length_m()),
+      own_(setup.bodies.size()),
       surfaces_(setup.bodies.size()) {
   std::ranges::sort(setup_.jointed);
   for (const double length_m : near_pairs_.images().length_m)
@@ -27,42 +24,49 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
     if (setup.symmetry_planes[axis]) length_m_[static_cast<Eigen::Index>(axis)] *= 0.5;
 }
 
-NearSurface NearSurfaces::surface_of(int body, const Kinematics& kinematics) const {
+NearSurface NearSurfaces::placed(int body, const Kinematics& kinematics) const {
   const Shape& shape = setup_.bodies[static_cast<std::size_t>(body)];
   NearSurface surface{.other = body, .radius_m = shape.radius_m};
   surface.core = core_of(shape, body, kinematics.position_m, kinematics.orientation_wxyz);
   if (shape.kind == ShapeKind::ellipsoid) {
     const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(body));
     surface.squares_m2 = R_WB * shape.extents_m.cwiseAbs2().asDiagonal() * R_WB.transpose();
+    surface.inverse_per_m2 = surface.squares_m2.inverse();
     surface.radius_m = 0.0;
+    // Between the normal and the way to the centre, by Kantorovich's inequality: cos ≥ 2ab/(a² + b²)
+    const double aspect = shape.extents_m.maxCoeff() / shape.extents_m.minCoeff();
+    surface.stretch = 0.5 * (aspect + 1.0 / aspect);
   }
   return surface;
 }
 
 void NearSurfaces::find(const Kinematics& kinematics) {
-  for (auto& surfaces : surfaces_) surfaces.clear();
+  for (std::size_t body = 0; body < surfaces_.size(); ++body) {
+    surfaces_[body].clear();
+    own_[body] = placed(static_cast<int>(body), kinematics);
+  }
   const auto shape = [this](int body) -> const Shape& { return setup_.bodies[static_cast<std::size_t>(body)]; };
   for (const auto& [A, B] : near_pairs_.at(kinematics.position_m)) {
     if (!have_films(shape(A), shape(B))) continue;
-    add_images(A, B, kinematics);
-    add_images(B, A, kinematics);
+    add_images(A, B);
+    add_images(B, A);
   }
   for (int body = 0; body < static_cast<int>(surfaces_.size()); ++body) {
     if (!have_films(shape(body), shape(body))) continue;
-    add_images(body, body, kinematics);
+    add_images(body, body);
     auto& surfaces = surfaces_[static_cast<std::size_t>(body)];
     std::ranges::stable_sort(surfaces, {}, &NearSurface::other);
-    add_walls(body, kinematics);
+    add_walls(body);
   }
 }
 
 /// The other body, its images through periodic faces and, where both are near mirrors, those in them. A mirror image is
 /// further away than the body itself, so that its own are all that a body may meet beside those of its partners.
-void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics) {
-  NearSurface own = surface_of(body, kinematics);
+void NearSurfaces::add_images(int body, int other) {
+  NearSurface own = own_[static_cast<std::size_t>(body)];
+  const Eigen::Vector3d centre_m = own.core.centre_W_m;
   own.core.centre_W_m.setZero();
-  const NearSurface original = surface_of(other, kinematics);
-  const Eigen::Vector3d centre_m = kinematics.position_m.col(body);
+  const NearSurface& original = own_[static_cast<std::size_t>(other)];
   const double reach_m = bounding_radius_m(setup_.bodies[static_cast<std::size_t>(body)]) +
                          bounding_radius_m(setup_.bodies[static_cast<std::size_t>(other)]) + reach_m_;
   const bool jointed = std::ranges::binary_search(setup_.jointed, BodyPair(std::minmax({body, other})));
@@ -81,6 +85,8 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
       surface.core.half_W_m[axis] *= -1.0;
       surface.squares_m2.row(axis) *= -1.0;
       surface.squares_m2.col(axis) *= -1.0;
+      surface.inverse_per_m2.row(axis) *= -1.0;
+      surface.inverse_per_m2.col(axis) *= -1.0;
     }
     if (!exists) continue;
     const Eigen::Vector3d apart_m = surface.core.centre_W_m - centre_m;
@@ -91,13 +97,18 @@ void NearSurfaces::add_images(int body, int other, const Kinematics& kinematics)
                                ? separation(own.smooth(), surface.smooth(), reach_m_).gap_m
                                : segment_distance_m(own.core, surface.core) - own.radius_m - surface.radius_m;
       const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
-      if (gap_m < reach_m_ && !one_surface) surfaces_[static_cast<std::size_t>(body)].push_back(surface);
+      if (gap_m >= reach_m_ || one_surface) return;
+      surface.normal = -place_m.normalized();
+      surface.distance_of_centre_m = place_m.norm() - surface.radius_m -
+                                     std::abs(surface.normal.dot(surface.core.half_W_m)) -
+                                     std::sqrt(surface.normal.dot(surface.squares_m2 * surface.normal));
+      surfaces_[static_cast<std::size_t>(body)].push_back(surface);
     });
   }
 }
 
-void NearSurfaces::add_walls(int body, const Kinematics& kinematics) {
-  const NearSurface own = surface_of(body, kinematics);
+void NearSurfaces::add_walls(int body) {
+  const NearSurface& own = own_[static_cast<std::size_t>(body)];
   for (int face = 0; face < 6; ++face) {
     const auto number = static_cast<std::size_t>(face);
     if (!setup_.boundaries[number].is_wall(number) || mirror_[number]) continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -38,17 +39,40 @@ struct NearSurface {
   std::array<bool, 3> mirrored{};                               ///< the image: axes along which it is mirrored
   CoreSegment core{};                                           ///< of a body
   double radius_m = 0.0;                                        ///< of a sphere or capsule
-  Eigen::Matrix3d squares_m2 = Eigen::Matrix3d::Zero().eval();  ///< of an ellipsoid, see SmoothSurface
-  int face = -1;                                                ///< of a wall: its place in FluidSetup::boundaries
-  Eigen::Vector3d normal{0, 0, 0};                              ///< of a wall: unit vector into the fluid
-  double distance_of_centre_m = 0.0;                            ///< of a wall: from the body's centre
+  Eigen::Matrix3d squares_m2 = Eigen::Matrix3d::Zero().eval();  ///< of an ellipsoid: S, see SmoothSurface
+  Eigen::Matrix3d inverse_per_m2 = squares_m2;                  ///< S⁻¹
+  double stretch = 1.0;             ///< true distances are at most so many times those of from()
+  int face = -1;                    ///< of a wall: its place in FluidSetup::boundaries
+  Eigen::Vector3d normal{0, 0, 0};  ///< of a wall: unit vector into the fluid; else towards the body's centre
+  double distance_of_centre_m = 0.0;  ///< of the body from the plane with this normal that touches the surface
 
   [[nodiscard]] bool is_body() const { return other >= 0; }                                       ///< else a wall
   [[nodiscard]] bool is_ellipsoid() const { return squares_m2(0, 0) > 0.0; }                      ///< of a body
   [[nodiscard]] SmoothSurface smooth() const { return {core.centre_W_m, radius_m, squares_m2}; }  ///< unless a capsule
   [[nodiscard]] bool is_mirrored() const { return mirrored != std::array<bool, 3>{}; }            ///< in a mirror
-  /// From a point, relative to the body's centre, to the surface [m].
-  [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
+  /// From that plane to a point, relative to the body's centre [m]. No point is nearer to the surface.
+  [[nodiscard]] double beyond_plane_m(const Eigen::Vector3d& point_m) const {
+    return distance_of_centre_m + normal.dot(point_m);
+  }
+
+  struct Distance {
+    double m = 0.0;
+    Eigen::Vector3d normal;  ///< of the surface; the plane with it that touches the surface is so far from the point
+  };
+  /// From the surface to a point outside, relative to the body's centre. Exact but for ellipsoids, and there where the
+  /// surface is near: (s − 1) s/|S⁻¹p|, s = √(pᵀS⁻¹p), p from the ellipsoid's centre.
+  [[nodiscard]] Distance from(const Eigen::Vector3d& point_m) const {
+    if (!is_body()) return {beyond_plane_m(point_m), normal};
+    const Eigen::Vector3d p = point_m - core.centre_W_m;
+    if (!is_ellipsoid()) {
+      const Eigen::Vector3d away_m = p - nearest_place(core, point_m) * core.half_W_m;
+      const double distance_m = away_m.norm();
+      return {distance_m - radius_m, away_m / distance_m};
+    }
+    const Eigen::Vector3d along = inverse_per_m2 * p;
+    const double s = std::sqrt(p.dot(along)), slope = along.norm();
+    return {(s - 1.0) * s / slope, along / slope};
+  }
 };
 
 /// The surfaces that are near each body of a fluid: of others, of all their images through periodic faces and in
@@ -67,11 +91,12 @@ class NearSurfaces {
   [[nodiscard]] const std::vector<NearSurface>& of_body(std::size_t body) const { return surfaces_[body]; }
 
   /// The body's own surface, in the world.
-  [[nodiscard]] NearSurface surface_of(int body, const Kinematics& kinematics) const;
+  [[nodiscard]] const NearSurface& surface_of(std::size_t body) const { return own_[body]; }
 
  private:
-  void add_images(int body, int other, const Kinematics& kinematics);
-  void add_walls(int body, const Kinematics& kinematics);
+  [[nodiscard]] NearSurface placed(int body, const Kinematics& kinematics) const;
+  void add_images(int body, int other);
+  void add_walls(int body);
 
   FluidSetup setup_;
   double reach_m_;
@@ -79,6 +104,7 @@ class NearSurfaces {
   double shortest_period_m_ = std::numeric_limits<double>::infinity();
   std::array<bool, 6> mirror_{};  ///< by face
   NearPairs near_pairs_;
+  std::vector<NearSurface> own_;
   std::vector<std::vector<NearSurface>> surfaces_;
 };
 

@@ -4,17 +4,6 @@
 
 namespace copepod {
 
-namespace {
-
-/// Place s ∈ [−1, 1] on the segment c ± h that is nearest to a point.
-double nearest_place(const Eigen::Vector3d& centre, const Eigen::Vector3d& half, const Eigen::Vector3d& point) {
-  const double squared_length = half.squaredNorm();
-  if (squared_length == 0.0) return 0.0;
-  return std::clamp(half.dot(point - centre) / squared_length, -1.0, 1.0);
-}
-
-}  // namespace
-
 double nearest_place(const CoreSegment& first, const CoreSegment& second) {
   const Eigen::Vector3d& h1 = first.half_W_m;
   const Eigen::Vector3d& h2 = second.half_W_m;
@@ -29,14 +18,13 @@ double nearest_place(const CoreSegment& first, const CoreSegment& second) {
   if (determinant > 1e-14 * a * e) s = std::clamp((e * h1.dot(d) - b * h2.dot(d)) / determinant, -1.0, 1.0);
 
   // The end of one segment may be nearest to an inner point of the other: project there and back.
-  const double t = nearest_place(second.centre_W_m, h2, first.centre_W_m + s * h1);
-  return nearest_place(first.centre_W_m, h1, second.centre_W_m + t * h2);
+  const double t = nearest_place(second, first.centre_W_m + s * h1);
+  return nearest_place(first, second.centre_W_m + t * h2);
 }
 
 double segment_distance_m(const CoreSegment& first, const CoreSegment& second) {
   const Eigen::Vector3d point = first.centre_W_m + nearest_place(first, second) * first.half_W_m;
-  return (point - second.centre_W_m - nearest_place(second.centre_W_m, second.half_W_m, point) * second.half_W_m)
-      .norm();
+  return (point - second.centre_W_m - nearest_place(second, point) * second.half_W_m).norm();
 }
 
 }  // namespace copepod

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include <Eigen/Core>
 
 #include "contract/shape.hpp"
@@ -25,7 +27,14 @@ inline CoreSegment core_of(const Shape& shape, Eigen::Index body, const auto& po
 /// Ericson, Real-Time Collision Detection (2005), section 5.1.9. Segments may be points, parallel or crossing.
 double segment_distance_m(const CoreSegment& first, const CoreSegment& second);
 
-/// The place s ∈ [−1, 1] on the first of them.
+/// Place s ∈ [−1, 1] on a segment that is nearest to a point.
+inline double nearest_place(const CoreSegment& segment, const Eigen::Vector3d& point_m) {
+  const double squared_length_m2 = segment.half_W_m.squaredNorm();
+  if (squared_length_m2 == 0.0) return 0.0;
+  return std::clamp(segment.half_W_m.dot(point_m - segment.centre_W_m) / squared_length_m2, -1.0, 1.0);
+}
+
+/// The place s on the first of two segments that is nearest to the second.
 double nearest_place(const CoreSegment& first, const CoreSegment& second);
 
 }  // namespace copepod

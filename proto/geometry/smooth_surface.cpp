@@ -21,14 +21,6 @@ Eigen::Matrix3d SmoothSurface::radii_m(const Eigen::Vector3d& n) const {
   return round_m + (squares_m2 - Sn * Sn.transpose() / (height_m * height_m)) / height_m;
 }
 
-double SmoothSurface::distance_m(const Eigen::Vector3d& point_m) const {
-  const Eigen::Vector3d p = point_m - centre_m;
-  if (squares_m2.isZero(0.0)) return p.norm() - radius_m;
-  const Eigen::Vector3d along = squares_m2.inverse() * p;
-  const double size = std::sqrt(p.dot(along));
-  return (size - 1.0) * size / along.norm() - radius_m;
-}
-
 Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m) {
   constexpr int most_steps = 100;
   const Eigen::Vector3d apart_m = first.centre_m - second.centre_m;

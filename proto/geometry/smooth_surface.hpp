@@ -13,8 +13,6 @@ struct SmoothSurface {
 
   /// The point with the normal n, a unit vector: c + S n/√(nᵀ S n) + r n
   [[nodiscard]] Eigen::Vector3d support_m(const Eigen::Vector3d& n) const;
-  /// Of a point outside, exact for spheres and where the surface is near: (s − 1) s/|S⁻¹p|, s = √(pᵀS⁻¹p), p from c.
-  [[nodiscard]] double distance_m(const Eigen::Vector3d& point_m) const;
   /// How that point moves when n turns: ∂x/∂n across n, whose inverse there are the curvatures.
   [[nodiscard]] Eigen::Matrix3d radii_m(const Eigen::Vector3d& n) const;
 };

@@ -116,7 +116,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     CellsByFilms cells;
     if (by_lanes) {
       in_block = place_in_block(map_.bodies()[body], groups, returned);
-      if (films_.beside(body)) cells = take_apart(body, groups);
+      const ThinFilms::Surfaces surfaces = films_.beside(body);
+      if (!surfaces.empty()) cells = take_apart(in_block, surfaces, groups);
     }
     const ShapeKind kind = map_.bodies()[body].kind;
     const bool has_distances =
@@ -148,23 +149,31 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     for (const CellGroup& group : cells.beside) single_links_(body, place, group, values, returned, loads, kept_back);
   }
 
-  /// Groups taken apart: the cells of `beside` may have films, those of `away` have none; lanes of the others are free.
+  /// Groups taken apart: the cells of `beside` may have films, or lack second cells; those of `away` have none, and
+  /// all second cells. Lanes of the others are free.
   struct CellsByFilms {
     std::vector<CellGroup> away, beside;
   };
 
   /// @param groups  of the body; where some of its cells may have films, those without take the place of the group
-  CellsByFilms take_apart(std::size_t body, std::span<const CellGroup*> groups) const {
+  CellsByFilms take_apart(const BodyInBlock& body, ThinFilms::Surfaces surfaces,
+                          std::span<const CellGroup*> groups) const {
     CellsByFilms cells;
     cells.away.reserve(groups.size());
-    const Cell& low = layout_.block().low;
     for (const CellGroup*& group : groups) {
       std::array<bool, surface_lanes> beside{};
+      Eigen::Matrix<double, surface_lanes, 3> r;
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-        const auto& at = group->cell;
-        const Eigen::Vector3d r = map_.domain().from_position(
-            map_.bodies()[body].position, {low[0] + at[0][lane], low[1] + at[1][lane], low[2] + at[2][lane]});
-        beside[lane] = films_.may_meet(body, r, group->directions[lane]);
+        beside[lane] = Formula::uses_second_cell && (group->directions[lane] & ~group->second_cells[lane]) != 0;
+        for (std::size_t a = 0; a < 3; ++a)
+          r(lane, a) = (group->cell[a][lane] + body.first_cell[a]) - body.position[a] - body.image[a];
+      }
+      for (const NearSurface& surface : surfaces) {
+        const Eigen::Vector<double, surface_lanes> along = r * surface.normal;
+        const double reach = films_.reach(surface);
+        for (std::size_t lane = 0; lane < surface_lanes; ++lane)
+          if (along[lane] < reach && group->directions[lane] != 0 && !beside[lane])
+            beside[lane] = films_.may_meet(surface, r.row(lane), group->directions[lane]);
       }
       if (std::ranges::find(beside, true) == beside.end()) continue;
       CellGroup& with = cells.beside.emplace_back(*group);

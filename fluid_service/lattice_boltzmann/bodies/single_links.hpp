@@ -78,7 +78,7 @@ class SingleLinks {
     LoadSums& sums = loads[place_of_body];
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
-    const bool beside_films = films_.beside(body_index);
+    const ThinFilms::Surfaces surfaces = films_.beside(body_index);
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
       if (group.directions[lane] == 0) continue;
       const Cell cell = cell_of(group, lane);
@@ -124,7 +124,8 @@ class SingleLinks {
         const double exchanged = link.leaving + stored;
         if (!(std::abs(exchanged) < absurd_population)) throw_diverged(cell);
         ThinFilms::Film film;
-        if (beside_films) film = films_.film(body_index, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        if (!surfaces.empty())
+          film = films_.film(surfaces, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
         const std::int64_t fixed = fixed_point::from_double(film.resolved * exchanged);
         for (std::size_t axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
         if (film.resolved < 1.0) {

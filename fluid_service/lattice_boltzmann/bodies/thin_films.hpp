@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,7 +21,7 @@ namespace copepod::fluid {
 class ThinFilms {
  public:
   explicit ThinFilms(const FluidSetup& setup)
-      : setup_(setup), range_(setup), high_(range_.high_m / setup.cell_size_m) {}
+      : setup_(setup), range_(setup), far_m_((1.0 + 1e-6) * range_.high_m) {}
 
   /// Looks at some bodies of the setup only.
   /// @param bodies      ascending
@@ -40,22 +41,31 @@ class ThinFilms {
     surfaces_->find(kinematics);
   }
 
-  [[nodiscard]] bool beside(std::size_t body) const { return surfaces_ && !of_body(body).empty(); }
+  using Surfaces = std::span<const NearSurface>;
 
-  /// Whether a film can be where links from a cell meet the surface of a body, which has films beside it.
+  /// What has films with a body.
+  [[nodiscard]] Surfaces beside(std::size_t body) const {
+    if (!surfaces_) return {};
+    return surfaces_->of_body(static_cast<std::size_t>(*place_of(static_cast<int>(body))));
+  }
+
+  /// The n·r from which on no link of a cell ends in a film beside a surface, n its NearSurface::normal.
+  [[nodiscard]] double reach(const NearSurface& surface) const {
+    constexpr double longer_than_links = 1.5;
+    return (surface.stretch * far_m_ - surface.distance_of_centre_m) / setup_.cell_size_m + longer_than_links;
+  }
+
+  /// Whether a film can be where links from a cell end: n·e nearer to a surface than the cell at least, n its normal.
   /// @param r  from the body's centre to the cell, in cells
-  [[nodiscard]] bool may_meet(std::size_t body, const Eigen::Vector3d& r, std::uint32_t directions) const {
-    return directions != 0 && std::ranges::any_of(of_body(body), [&](const NearSurface& surface) {
-             const double beyond = surface.distance_m(setup_.cell_size_m * r) / setup_.cell_size_m - high_;
-             if (beyond >= 1.5) return false;  // more than the longest link
-             double nearer = 1e-6;             // along a link, at most; more than what is rounded
-             for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1) {
-               const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
-               const Eigen::Vector3d link(e[0], e[1], e[2]);
-               nearer = std::max(nearer, 1e-6 + (surface.is_body() ? link.norm() : -link.dot(surface.normal)));
-             }
-             return beyond < nearer;
-           });
+  [[nodiscard]] bool may_meet(const NearSurface& surface, const Eigen::Vector3d& r, std::uint32_t directions) const {
+    const auto [distance_m, normal] = surface.from(setup_.cell_size_m * r);
+    const double beyond = (distance_m - surface.stretch * far_m_) / setup_.cell_size_m;
+    double nearer = 0.0;
+    for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1) {
+      const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
+      nearer = std::max(nearer, -normal.dot(Eigen::Vector3d(e[0], e[1], e[2])));
+    }
+    return beyond < nearer;
   }
 
   /// The film at a point of a body's surface.
@@ -66,11 +76,13 @@ class ThinFilms {
   };
 
   /// The thinnest one.
-  /// @param r  from the body's centre, in cells; of a body that has films beside it
-  [[nodiscard]] Film film(std::size_t body, const Eigen::Vector3d& r) const {
+  /// @param r  from the body's centre, in cells
+  [[nodiscard]] Film film(Surfaces surfaces, const Eigen::Vector3d& r) const {
     Film film;
-    for (const NearSurface& surface : of_body(body)) {
-      const double resolved = range_.resolved_share(surface.distance_m(setup_.cell_size_m * r));
+    const Eigen::Vector3d point_m = setup_.cell_size_m * r;
+    for (const NearSurface& surface : surfaces) {
+      if (surface.beyond_plane_m(point_m) >= surface.stretch * far_m_) continue;
+      const double resolved = range_.resolved_share(surface.from(point_m).m);
       if (resolved >= film.resolved) continue;
       film = {resolved, surface.is_mirrored() ? -1 : surface.other, surface.core.centre_W_m / setup_.cell_size_m};
     }
@@ -78,10 +90,6 @@ class ThinFilms {
   }
 
  private:
-  [[nodiscard]] const std::vector<NearSurface>& of_body(std::size_t body) const {
-    return surfaces_->of_body(static_cast<std::size_t>(*place_of(static_cast<int>(body))));
-  }
-
   /// Of a body among those that are looked at.
   [[nodiscard]] std::optional<int> place_of(int body) const {
     const auto found = std::ranges::lower_bound(bodies_, body);
@@ -91,7 +99,7 @@ class ThinFilms {
 
   FluidSetup setup_;
   FilmRange range_;
-  double high_;  ///< of the range, in cells
+  double far_m_;  ///< where films are resolved, and more than what is rounded
   std::vector<std::int32_t> bodies_;
   std::optional<NearSurfaces> surfaces_;  ///< of these bodies, by place
 };

@@ -1,5 +1,8 @@
 #include "geometry/near_surfaces.hpp"
 
+#include <cmath>
+#include <random>
+
 #include <gtest/gtest.h>
 
 namespace copepod {
@@ -42,10 +45,10 @@ TEST(NearSurfaces, AreThoseOfBodiesAndWallsWithinReach) {
   ASSERT_EQ(surfaces.of_body(0).size(), 2U);
   const NearSurface& sphere = surfaces.of_body(0)[0];
   EXPECT_EQ(sphere.other, 1);
-  EXPECT_DOUBLE_EQ(sphere.distance_m({2, 0, 0}), std::hypot(2.5, 1.0) - 2.0);
+  EXPECT_DOUBLE_EQ(sphere.from({2, 0, 0}).m, std::hypot(2.5, 1.0) - 2.0);
   const NearSurface& wall = surfaces.of_body(0)[1];
   EXPECT_EQ(wall.face, 4);
-  EXPECT_DOUBLE_EQ(wall.distance_m({0, 0, -2}), 0.5);
+  EXPECT_DOUBLE_EQ(wall.from({0, 0, -2}).m, 0.5);
   ASSERT_EQ(surfaces.of_body(1).size(), 1U);
   EXPECT_EQ(surfaces.of_body(1)[0].other, 0);
   EXPECT_TRUE(surfaces.of_body(2).empty());
@@ -82,9 +85,70 @@ TEST(NearSurfaces, OfAnEllipsoidInAMirrorIsItsImage) {
   ASSERT_EQ(surfaces.of_body(0).size(), 1U);
   const Eigen::Vector3d n(0.0, 0.0, 1.0);
   const Eigen::Vector3d nearest =
-      surfaces.surface_of(0, kinematics).smooth().support_m(-n) - Eigen::Vector3d(10, 10, 3.96);
-  EXPECT_NEAR(surfaces.of_body(0)[0].distance_m(nearest), 2.0 * (3.96 + nearest.z()), 0.01);
+      surfaces.surface_of(0).smooth().support_m(-n) - Eigen::Vector3d(10, 10, 3.96);
+  EXPECT_NEAR(surfaces.of_body(0)[0].from(nearest).m, 2.0 * (3.96 + nearest.z()), 0.01);
   EXPECT_GT(std::abs(nearest.x()), 0.5);
+}
+
+/// Two bodies of a shape, one of which is turned.
+NearSurface turned(const Shape& shape) {
+  FluidSetup setup = box(2, BoundaryKind::no_slip);
+  setup.domain_cells = {60, 60, 60};
+  setup.bodies.assign(2, shape);
+  Kinematics kinematics = at({{30, 30, 30}, {33, 31, 29}});
+  kinematics.orientation_wxyz.col(1) = Eigen::Vector4d(0.5, 0.1, -0.7, 0.5).normalized();
+  NearSurfaces surfaces(setup, 20.0);
+  surfaces.find(kinematics);
+  EXPECT_EQ(surfaces.of_body(0).size(), 1U);
+  return surfaces.of_body(0)[0];
+}
+
+/// Points away from a surface, with how far they are.
+void for_each_point(const NearSurface& surface, const auto& check) {
+  std::mt19937 generator(3);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Eigen::Vector3d n = Eigen::Vector3d(any(generator), any(generator), any(generator)).normalized();
+    const double side = surface.core.half_W_m.dot(n) > 0.0 ? 1.0 : -1.0;
+    const Eigen::Vector3d nearest_m = surface.smooth().support_m(n) + side * surface.core.half_W_m;
+    for (const double distance_m : {0.1, 0.5, 1.0, 3.0}) check(nearest_m + distance_m * n, n, distance_m);
+  }
+}
+
+TEST(NearSurface, IsAsFarFromAPointAsItsNearestPoint) {
+  for (const NearSurface& surface :
+       {turned({ShapeKind::sphere, 2.0, 0.0}), turned({ShapeKind::capsule, 1.0, 4.0}),
+        turned({.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {2, 2, 2}})})
+    for_each_point(surface, [&](const Eigen::Vector3d& point_m, const Eigen::Vector3d& n, double distance_m) {
+      EXPECT_NEAR(surface.from(point_m).m, distance_m, 1e-12);
+      EXPECT_LT((surface.from(point_m).normal - n).norm(), 1e-12);
+    });
+  const NearSurface ellipsoid = turned({.kind = ShapeKind::ellipsoid, .radius_m = 4.0, .extents_m = {2, 3, 4}});
+  for_each_point(ellipsoid, [&](const Eigen::Vector3d& point_m, const Eigen::Vector3d&, double distance_m) {
+    if (distance_m <= 1.0) EXPECT_NEAR(ellipsoid.from(point_m).m, distance_m, 0.1 * distance_m * distance_m);
+  });
+}
+
+TEST(NearSurface, IsNotNearerThanItsPlanesNorFurtherThanItsStretchAllows) {
+  for (const Shape& shape : {Shape{ShapeKind::sphere, 2.0, 0.0}, Shape{ShapeKind::capsule, 1.0, 4.0},
+                             Shape{.kind = ShapeKind::ellipsoid, .radius_m = 2.5, .extents_m = {0.5, 1.0, 2.5}}}) {
+    const NearSurface surface = turned(shape);
+    const double ratio = 2.5 / 0.5;
+    EXPECT_DOUBLE_EQ(surface.stretch, surface.is_ellipsoid() ? 0.5 * (ratio + 1.0 / ratio) : 1.0);
+    for_each_point(surface, [&](const Eigen::Vector3d& point_m, const Eigen::Vector3d&, double distance_m) {
+      const auto [m, normal] = surface.from(point_m);
+      EXPECT_LE(surface.beyond_plane_m(point_m), distance_m + 1e-12);
+      EXPECT_LE(m, distance_m + 1e-12);
+      EXPECT_GE(surface.stretch * m, distance_m - 1e-12);
+      const Eigen::Vector3d touched_m = surface.smooth().support_m(normal) +
+                                        (surface.core.half_W_m.dot(normal) > 0.0 ? 1.0 : -1.0) * surface.core.half_W_m;
+      EXPECT_NEAR(normal.dot(point_m - touched_m), m, 1e-9);
+    });
+    const Eigen::Vector3d end_m = surface.smooth().support_m(surface.normal) +
+                                  (surface.core.half_W_m.dot(surface.normal) > 0.0 ? 1.0 : -1.0) * surface.core.half_W_m;
+    EXPECT_NEAR(surface.beyond_plane_m(end_m), 0.0, 1e-12);
+    EXPECT_LT((surface.normal + surface.core.centre_W_m.normalized()).norm(), 1e-12);
+  }
 }
 
 TEST(NearSurfaces, AreThoseOfPeriodicImages) {

@@ -40,20 +40,6 @@ TEST(SmoothSurface, OfAnEllipsoidHasPointsWithTheirNormals) {
   EXPECT_LT((slope - surface.radii_m(n) * t).norm(), 1e-8);
 }
 
-TEST(SmoothSurface, DistanceIsThatOfTheNearestPoint) {
-  const SmoothSurface sphere{{1, 2, 3}, 2.0}, round = turned_ellipsoid({1, 2, 3}, {2, 2, 2}, 0.4);
-  const SmoothSurface surface = turned_ellipsoid({1, 2, 3}, {2, 3, 4}, 0.7);
-  std::mt19937 generator(3);
-  std::uniform_real_distribution<double> any(-1.0, 1.0);
-  for (int trial = 0; trial < 100; ++trial) {
-    const Eigen::Vector3d n = Eigen::Vector3d(any(generator), any(generator), any(generator)).normalized();
-    for (const SmoothSurface* each : {&sphere, &round})
-      EXPECT_NEAR(each->distance_m(each->support_m(n) + 0.7 * n), 0.7, 1e-12);
-    for (const double distance : {0.1, 0.5, 1.0})
-      EXPECT_NEAR(surface.distance_m(surface.support_m(n) + distance * n), distance, 0.1 * distance * distance);
-  }
-}
-
 TEST(Separation, IsNotImprovedBeyondWhatIsFar) {
   const SmoothSurface first = turned_ellipsoid({6, 1, 0}, {1, 2, 3}, 0.7), second{{0, 0, 0}, 1.0};
   const double exact_m = separation(first, second, far_m).gap_m;

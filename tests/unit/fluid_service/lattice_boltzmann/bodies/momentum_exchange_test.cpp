@@ -191,9 +191,51 @@ TEST(ThinFilms, AreNotBetweenBodiesThatOverlapAtAJointWhicheverBodiesAreLookedAt
   kinematics.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
   ThinFilms films(setup);
   films.find({0, 1}, kinematics);
-  EXPECT_TRUE(films.beside(0) && films.beside(1));
+  EXPECT_FALSE(films.beside(0).empty() || films.beside(1).empty());
   films.find({1, 2}, kinematics);
-  EXPECT_FALSE(films.beside(1) || films.beside(2));
+  EXPECT_TRUE(films.beside(1).empty() && films.beside(2).empty());
+}
+
+TEST(ThinFilms, MayMeetEveryLinkThatEndsInAFilm) {
+  const Shape capsule{ShapeKind::capsule, 2.0, 6.0},
+      ellipsoid{.kind = ShapeKind::ellipsoid, .radius_m = 8.0, .extents_m = {2.0, 3.0, 8.0}};
+  for (const Shape& shape : {capsule, ellipsoid}) {
+    FluidSetup setup;
+    setup.cell_size_m = 2.0;
+    setup.film_thickness_m = 3.0;
+    setup.domain_cells = {40, 40, 40};
+    for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;
+    setup.bodies.assign(2, shape);
+    Kinematics kinematics;
+    kinematics.resize(2);
+    kinematics.position_m << 6.5, 12.5, 20.0, 21.0, 20.0, 22.0;
+    kinematics.orientation_wxyz << 1, 0.6, 0, -0.5, 0, 0.2, 0, 0.3;
+    kinematics.orientation_wxyz.col(1).normalize();
+    ThinFilms films(setup);
+    films.find({0, 1}, kinematics);
+    ASSERT_EQ(films.beside(0).size(), 2U) << "the other body and a wall";
+    int in_films = 0;
+    int not_looked_at = 0;
+    for (const NearSurface& surface : films.beside(0))
+      for (int x = -7; x <= 7; ++x)
+        for (int y = -7; y <= 7; ++y)
+          for (int z = -7; z <= 7; ++z)
+            for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
+              const Eigen::Vector3d r(x + 0.2, y - 0.1, z + 0.4);
+              if (surface.from(setup.cell_size_m * r).m < 0.0) continue;  // not fluid
+              const bool near = surface.normal.dot(r) < films.reach(surface) && films.may_meet(surface, r, 1U << alpha);
+              if (!near) ++not_looked_at;
+              const auto& e = d3q19::velocity[static_cast<std::size_t>(alpha)];
+              for (const double q : {0.0, 0.3, 0.6, 1.0}) {
+                const ThinFilms::Film film = films.film({&surface, 1}, r + q * Eigen::Vector3d(e[0], e[1], e[2]));
+                if (film.resolved == 1.0) continue;
+                ++in_films;
+                EXPECT_TRUE(near) << surface.other << ": " << r.transpose() << ", " << alpha << ", " << q;
+              }
+            }
+    EXPECT_GT(in_films, 1000);
+    EXPECT_GT(not_looked_at, 1000);
+  }
 }
 
 // e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.
