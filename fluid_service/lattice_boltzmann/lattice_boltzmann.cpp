@@ -123,7 +123,7 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
 }
 
 /// Between cells of fluid of this rank and faces of the domain, in the next update. What crosses a mirror comes back to
-/// some other cell; the sum over the mirror is that of what leaves.
+/// some other cell; the sum over the mirror is that of what leaves. It is reflected twice where a body is beyond.
 template <class T>
 void LatticeBoltzmann<T>::visit_crossings(const FlowSampler::VisitCrossing& visit) {
   std::map<std::int64_t, double> let_in;
@@ -131,11 +131,10 @@ void LatticeBoltzmann<T>::visit_crossings(const FlowSampler::VisitCrossing& visi
   for_each_entering(layout_.block(), [&](const Cell& ghost, int direction) {
     const auto& e = d3q19::e[direction];
     const Site site = layout_.site(Cell{ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]});
-    const bool is_fluid = map_.owner(site.index) == BodyMap::fluid && map_.owner(layout_.cell(ghost)) == BodyMap::fluid;
-    if (domain_.box().contains(ghost) || !is_fluid) return;
+    if (domain_.box().contains(ghost) || map_.owner(site.index) != BodyMap::fluid) return;
     const GhostSource source = ghost_source(domain_, ghost, direction);
     const auto place = static_cast<std::size_t>(layout_.location(site, d3q19::opposite(direction), placement_));
-    const double leaving = populations_[place];
+    const double leaving = (map_.owner(layout_.cell(ghost)) > BodyMap::fluid ? 2.0 : 1.0) * populations_[place];
     const bool is_open = source.kind == GhostSource::Kind::open;
     visit({ghost, direction, leaving,
            is_open ? let_in.at(layout_.entry(site, direction, placement_)) : leaving + source.addition});
@@ -227,7 +226,8 @@ template <class T>
 template <class Visit>
 void LatticeBoltzmann<T>::for_each_let_in(const Visit& visit) {
   if (setup_.bodies.empty())
-    open_faces_.for_each_entering(populations_.data(), placement_, [](std::int64_t) { return false; }, visit);
+    open_faces_.for_each_entering(
+        populations_.data(), placement_, [](std::int64_t) { return false; }, visit);
   else
     open_faces_.for_each_entering(
         populations_.data(), placement_, [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; },

@@ -114,7 +114,7 @@ struct FlowSampling {
   std::int64_t every_steps = 0;  ///< steps between two samples, the first of step 0
   bool totals = true;            ///< of all fluid; their sums do not depend on the ranks
   std::vector<Probe> probes;     ///< velocity and pressure, interpolated between the centres of cells
-  /// Numbers of faces, as in FluidSetup::boundaries: the volume that comes in there, and the force of the fluid on them.
+  /// Numbers of faces, as in FluidSetup::boundaries: volume that comes in there, and force of the fluid on it.
   std::vector<std::int64_t> faces;
 
   /// What the values are, in their order.

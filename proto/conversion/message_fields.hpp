@@ -67,7 +67,9 @@ void describe(auto& wire, Is<FieldOutput> auto& fields) {
 
 void describe(auto& wire, Is<Probe> auto& probe) { COPEPOD_MEMBERS(wire, probe, name, position_m); }
 
-void describe(auto& wire, Is<FlowSampling> auto& flow) { COPEPOD_MEMBERS(wire, flow, every_steps, totals, probes, faces); }
+void describe(auto& wire, Is<FlowSampling> auto& flow) {
+  COPEPOD_MEMBERS(wire, flow, every_steps, totals, probes, faces);
+}
 
 void describe(auto& wire, Is<BodyPair> auto& pair) {
   wire("body_A", pair.first);

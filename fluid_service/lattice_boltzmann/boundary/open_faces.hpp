@@ -74,8 +74,8 @@ class OpenFaces {
 
   [[nodiscard]] bool empty() const { return groups_.empty(); }
 
-  /// Calls visit(place, value) for what enters the fluid in the next step, and where it will be read. There f̃_α lies, so
-  /// all are computed before the first is visited.
+  /// Calls visit(place, value) for what enters the fluid in the next step, and where it will be read. There f̃_α lies,
+  /// so all are computed before the first is visited.
   /// @param populations  with those of other ranks
   /// @param is_solid     whether a body covers a cell of the layout
   template <class T, class IsSolid, class Visit>

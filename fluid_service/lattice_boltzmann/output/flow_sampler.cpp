@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t totals = 6;
 constexpr std::size_t sums_of_probe = 5;  ///< weighted: velocity, excess density, and the weights of this one
 
-constexpr std::size_t sums_of_face = 4;   ///< mass that comes in, and force
+constexpr std::size_t sums_of_face = 4;  ///< mass that comes in, and force
 constexpr std::size_t faces = 6;
 
 /// Sums in lattice units are whole numbers of 2⁻⁷⁰, in which those of 10¹² cells fit.
@@ -88,23 +88,35 @@ void FlowSampler::add_probe(const std::vector<Corner>& corners, const std::funct
 }
 
 void FlowSampler::add_crossing(const Crossing& crossing, fixed_point::Sum* sums) const {
+  const auto lets_through = [this](int axis, bool high) {
+    return domain_.face(axis, high).kind == FaceKind::inflow || domain_.face(axis, high).is_open();
+  };
   std::array<fixed_point::Sum*, 3> normal_to{};  // by axis: of the face that the component along it is normal to
   fixed_point::Sum* tangential_to = nullptr;
   fixed_point::Sum* open = nullptr;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int along = static_cast<int>(axis);
-    if (domain_.box().contains_along(along, crossing.ghost[along]) || domain_.periodic(along)) continue;
-    const bool high = crossing.ghost[along] >= 0;
-    const FaceKind kind = domain_.face(along, high).kind;
-    normal_to[axis] = sums + sums_of_face * face_index(along, high);
-    if (kind != FaceKind::mirror) tangential_to = normal_to[axis];
-    if (kind != FaceKind::mirror && kind != FaceKind::wall) open = normal_to[axis];
+  for (int axis = 0; axis < 3; ++axis) {
+    if (domain_.box().contains_along(axis, crossing.ghost[axis]) || domain_.periodic(axis)) continue;
+    const bool high = crossing.ghost[axis] >= 0;
+    fixed_point::Sum* const face = sums + sums_of_face * face_index(axis, high);
+    normal_to[static_cast<std::size_t>(axis)] = face;
+    if (domain_.face(axis, high).kind != FaceKind::mirror) tangential_to = face;
+    if (lets_through(axis, high)) open = face;
   }
   if (open != nullptr) *open += whole(crossing.entering - crossing.leaving);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    fixed_point::Sum* const face = normal_to[axis] != nullptr ? normal_to[axis] : tangential_to;
-    const double lost = -d3q19::velocity[static_cast<std::size_t>(crossing.direction)][axis];
-    if (face != nullptr) face[1 + axis] += whole(lost * (crossing.leaving + crossing.entering));
+  for (int axis = 0; axis < 3; ++axis) {
+    const int e = d3q19::e[crossing.direction][axis];
+    fixed_point::Sum* const normal = normal_to[static_cast<std::size_t>(axis)];
+    fixed_point::Sum* const face = normal != nullptr ? normal : tangential_to;
+    if (e == 0 || face == nullptr) continue;
+    const double lost = -e * (crossing.leaving + crossing.entering);
+    face[1 + axis] += whole(lost);
+    if (normal != nullptr) continue;
+    const std::int64_t place = std::max(crossing.ghost[axis], crossing.ghost[axis] + e);  // of the link on the face
+    for (const bool high : {false, true}) {
+      if (place != (high ? domain_.cells()[axis] - 1 : 1) || !lets_through(axis, high)) continue;
+      face[1 + axis] += whole(0.5 * lost);
+      sums[sums_of_face * face_index(axis, high) + 1 + static_cast<std::size_t>(axis)] -= whole(0.5 * lost);
+    }
   }
 }
 

@@ -19,11 +19,12 @@ namespace copepod::fluid {
 /// cells around it: those of bodies have the velocity of the surface and take no part in the pressure, which is 0 where
 /// there are only such. Beyond a wall or an open face lies what is in front of it.
 ///
-/// Through a face of the domain the fluid loses, in the step that follows, the momentum of what leaves and gains that of
-/// what enters, pressure relative to rest:
+/// Through a face of the domain the fluid loses, in the step that follows, the momentum of what leaves and gains that
+/// of what enters, pressure relative to rest:
 ///   F = Σ e_ᾱ (f̃_ᾱ + f_α),   Q = Σ (f_α − f̃_ᾱ)/ρ₀        over all links of cells of fluid through it
-/// Where a link meets an edge of two faces, each gets the component normal to it. So the forces on faces, bodies and
-/// obstacles are together what drives the fluid less what its momentum changes by.
+/// Where a link meets an edge of two faces, each gets the component normal to it. That has half a cell of the shear on
+/// a wall beside an open face, which the wall gets: as much as half a cell further on has. So the forces on faces,
+/// bodies and obstacles are together what drives the fluid less what its momentum changes by.
 class FlowSampler {
  public:
   /// A link through faces of the domain, and the populations that take it in the next step.
