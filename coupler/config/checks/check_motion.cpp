@@ -265,7 +265,7 @@ void check_output(const Case& the_case, Problems& problems) {
   if (output.flow.every_steps == 0 && has_places)
     problems.reject("output.flow.every_steps",
                     "is 0 (probes and faces would never be sampled). Give a number of steps.");
-  if (output.flow_from_step > the_case.steps)
+  if (output.flow.every_steps > 0 && output.flow_from_step > the_case.steps)
     problems.reject("output.flow.from_step", "is after the last step (nothing is left to evaluate). Start earlier.");
   if (stop == 0 && start == 0) return;
   if (stop <= start) {

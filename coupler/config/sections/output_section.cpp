@@ -122,7 +122,7 @@ void declare_flow(Keys& keys, OutputCase& output, const FluidCase& fluid, std::i
   keys.flag("faces", has_faces,
             "Flow through each face of the domain that is not periodic, and the force of the fluid on it.");
   if (keys.reads() && has_faces) flow.faces = faces_of(fluid);
-  declare_from_step(keys, output.flow_from_step, steps);
+  if (keys.written_if(flow.every_steps > 0)) declare_from_step(keys, output.flow_from_step, steps);
   if (!keys.written_if(!flow.probes.empty())) return;
   keys.list("probes", flow.probes, "Places at which velocity and pressure are sampled, which costs next to nothing.",
             [](Keys& probe, Probe& item) {
