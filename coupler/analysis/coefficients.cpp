@@ -11,13 +11,39 @@ namespace copepod::coupler {
 namespace {
 
 using Eigen::ArrayXd;
+using Eigen::ArrayXXd;
 
 double half_span(const ArrayXd& values) { return 0.5 * (values.maxCoeff() - values.minCoeff()); }
 
 nlohmann::ordered_json figures(const ArrayXd& values) {
   const double mean = values.mean(), rms = std::sqrt((values - mean).square().mean());
-  return {{"mean", mean}, {"rms", rms}, {"half_span", half_span(values)}};
+  return {{"mean", mean}, {"rms", rms}};
 }
+
+nlohmann::ordered_json figures_of_oscillation(const ArrayXd& values) {
+  nlohmann::ordered_json found = figures(values);
+  found["half_span"] = half_span(values);
+  return found;
+}
+
+/// The columns of a table of samples, `names` behind step and time, as rows.
+ArrayXXd read_samples(const std::filesystem::path& table, std::size_t names) {
+  std::vector<double> numbers;
+  std::ifstream file(table);
+  std::string row;
+  for (std::getline(file, row); std::getline(file, row);)
+    for (const char *at = row.data(), *end = at + row.size(); at < end; ++at)
+      at = std::from_chars(at, end, numbers.emplace_back()).ptr;
+  const auto size = static_cast<Eigen::Index>(2 + names);
+  return ArrayXXd::Map(numbers.data(), size, std::ssize(numbers) / size);
+}
+
+/// How many samples are of a step from this one on.
+Eigen::Index samples_from(const ArrayXXd& samples, std::int64_t step) {
+  return (samples.row(0) >= static_cast<double>(step)).count();
+}
+
+nlohmann::ordered_json ended_before(std::int64_t step) { return "the run ended before step " + std::to_string(step); }
 
 /// When a signal rises through its mean. Ripples on the way do not count: between two rises it falls below the mean by
 /// a tenth of the most that it does.
@@ -50,8 +76,8 @@ void evaluate(ArrayXd times, ArrayXd drag, ArrayXd lift, nlohmann::ordered_json&
                           {"half_span", half_span((at.tail(periods) - at.head(periods)).inverse())},
                           {"periods", periods}};
   }
-  report["drag"] = figures(drag);
-  report["lift"] = figures(lift);
+  report["drag"] = figures_of_oscillation(drag);
+  report["lift"] = figures_of_oscillation(lift);
 }
 
 }  // namespace
@@ -82,25 +108,38 @@ Eigen::VectorXd coefficients_in(const StepRecord& record, const LoadedCase& load
 }
 
 nlohmann::ordered_json coefficient_report(const std::filesystem::path& table, const Case& the_case) {
-  std::vector<double> numbers;
-  std::ifstream file(table);
-  std::string row;
-  for (std::getline(file, row); std::getline(file, row);)
-    for (const char *at = row.data(), *end = at + row.size(); at < end; ++at)
-      at = std::from_chars(at, end, numbers.emplace_back()).ptr;
   auto all = nlohmann::ordered_json::array();
-  const Eigen::Index size = 2 + 2 * std::ssize(the_case.output.coefficients);
-  const auto samples = Eigen::ArrayXXd::Map(numbers.data(), size, std::ssize(numbers) / size);
+  const ArrayXXd samples = read_samples(table, 2 * the_case.output.coefficients.size());
   Eigen::Index line = 2;
   for (const Coefficients& each : the_case.output.coefficients) {
-    const Eigen::Index count = (samples.row(0) >= static_cast<double>(each.from_step)).count();
+    const Eigen::Index count = samples_from(samples, each.from_step);
     const auto values = [&](Eigen::Index quantity) { return samples.row(quantity).tail(count).transpose(); };
     nlohmann::ordered_json& report = all.emplace_back(nlohmann::ordered_json{{"name", each.of}});
     if (count > 0)
       evaluate(values(1) * each.speed_m_per_s / each.length_m, values(line), values(line + 1), report);
     else
-      report["note"] = "the run ended before step " + std::to_string(each.from_step);
+      report["note"] = ended_before(each.from_step);
     line += 2;
+  }
+  return all;
+}
+
+nlohmann::ordered_json flow_report(const std::filesystem::path& table, const std::vector<std::string>& names,
+                                   std::int64_t from_step) {
+  auto all = nlohmann::ordered_json::array();
+  const ArrayXXd samples = read_samples(table, names.size());
+  const Eigen::Index count = samples_from(samples, from_step);
+  Eigen::Index line = 2;
+  for (const std::string& name : names) {
+    nlohmann::ordered_json& report = all.emplace_back(nlohmann::ordered_json{{"name", name}});
+    const ArrayXd values = samples.row(line++).tail(count).transpose();
+    if (count == 0) {
+      report["note"] = ended_before(from_step);
+      continue;
+    }
+    report.update(figures(values));
+    report["min"] = values.minCoeff();
+    report["max"] = values.maxCoeff();
   }
   return all;
 }

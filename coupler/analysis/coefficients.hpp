@@ -21,5 +21,8 @@ Eigen::VectorXd coefficients_in(const StepRecord& record, const LoadedCase& load
 /// What coefficients.csv amounts to, for summary.json. Where the lift oscillates, the figures are of its whole periods,
 /// at least two, from its first rise through its mean to the last one; otherwise of all samples from `from_step` on.
 nlohmann::ordered_json coefficient_report(const std::filesystem::path& table, const Case& the_case);
+/// What flow.csv amounts to, for summary.json: mean, deviation from it, least and most of each column from a step on.
+nlohmann::ordered_json flow_report(const std::filesystem::path& table, const std::vector<std::string>& names,
+                                   std::int64_t from_step);
 
 }  // namespace copepod::coupler

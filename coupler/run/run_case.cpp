@@ -312,6 +312,9 @@ void CaseRun::finish() {
   auto analysis = swimmer_reports(the_case, observers_->cycles());
   if (!the_case.output.coefficients.empty())
     analysis["coefficients"] = coefficient_report(directory_.coefficients(), the_case);
+  const FlowSampling flow = make_fluid_setup(the_case, loaded_.assembly, "").flow;
+  if (flow.every_steps > 0 && the_case.output.writes_flow)
+    analysis["flow"] = flow_report(directory_.flow(), flow.names(), the_case.output.flow_from_step);
   analysis["balance"] = observers_->balance().report();
   if (the_case.until_periodic)
     analysis["periodic"] = observers_->cycles().is_periodic(the_case.until_periodic->tolerance);

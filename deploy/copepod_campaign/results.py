@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from copepod_campaign.cases import Entry, State, swept_keys, value_text
-from copepod_run.figures import FIGURES, Figure, compared, csv_text, markdown_table, measured
+from copepod_run.figures import FIGURES, Figure, compared, csv_text, flow_means, markdown_table, measured
 
 
 @dataclass(frozen=True)
@@ -126,6 +126,9 @@ def _csv(entries: Sequence[Entry]) -> str:
         columns[key] = [figure.ours for figure in figures]
         columns[f"{key}_published"] = [figure.published for figure in figures]
         columns[f"{key}_deviation_percent"] = [figure.deviation_percent for figure in figures]
+    means = [flow_means(row.entry.summary or {}) for row in rows]
+    for name in dict.fromkeys(name for of_run in means for name in of_run):
+        columns |= {f"{name}.{key}": [of_run.get(name, {}).get(key) for of_run in means] for key in ("mean", "rms")}
     filled = {head: cells for head, cells in columns.items() if any(cell not in (None, "") for cell in cells)}
     return csv_text(filled)
 

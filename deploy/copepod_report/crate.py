@@ -39,7 +39,7 @@ _CONTENT = {
     "obstacles.npy": _ARRAY,
     "obstacles_names.txt": ("names of the obstacles", "text/plain"),
     "coefficients.csv": ("drag and lift coefficients over time", "text/csv"),
-    "flow.csv": ("totals of the flow, velocity and pressure at probes over time", "text/csv"),
+    "flow.csv": ("totals of the flow, probes in it and faces of its domain over time", "text/csv"),
     "cycles.csv": ("velocity, rotation, arms and power of every swimmer in each cycle", "text/csv"),
     "bodies.pvd": ("surfaces of the bodies over time, for ParaView", "application/xml"),
     "bodies": ("the surfaces of each sample", ""),

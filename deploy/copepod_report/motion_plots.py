@@ -95,6 +95,7 @@ def flow_over_time(path: Path) -> Any:
     columns = dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
     quantities = {"energy [J]": "kinetic_energy_J", "dissipation [W]": "dissipation_W"}
     quantities |= {"velocity [m/s]": r".*\.v._m_per_s", "pressure [Pa]": r".*\.pressure_Pa"}
+    quantities |= {"flow [m³/s]": r".*\.inflow_m3_per_s", "force on faces [N]": r".*\.f._N"}
     quantities |= {"drag coefficient": r".*\.drag", "lift coefficient": r".*\.lift"}
     found = {label: [name for name in columns if re.fullmatch(form, name)] for label, form in quantities.items()}
     shown = {label: names for label, names in found.items() if names}

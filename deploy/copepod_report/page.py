@@ -16,7 +16,7 @@ from copepod_report.sweeps import axes_of
 from copepod_run.checkout import called_as
 from copepod_run.errors import BadCase
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, figures_by_name, measured, number_text
-from copepod_run.figures import reason_without_rows, run_rows, swarm_rows, swimmer_table
+from copepod_run.figures import flow_table, reason_without_rows, run_rows, swarm_rows, swimmer_table
 from copepod_run.names import as_word
 
 _MOST_ROWS = 500  # of a table of swimmers
@@ -113,6 +113,9 @@ def run_section(
         tables.append((entry["name"], ["", *headings, ""], texts or reason_without_rows(entry)))
     if swarm := [(name, number_text(value), unit) for name, unit, value in swarm_rows(run.summary)]:
         tables.append((f"{len(run.swimmers)} swimmers", ("in their last full cycles", "", ""), swarm))
+    headings, texts = flow_table(run.summary)
+    if texts:
+        tables.append(("flow", ["", *headings], texts))
     every = None  # (title, headings, rows) of many swimmers, a row each
     shown = comparison_rows([run])[:_MOST_ROWS] if len(entries) > MOST_TABLES else []
     if columns := comparison_columns(shown):

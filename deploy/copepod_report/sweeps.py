@@ -15,7 +15,7 @@ from copepod_report.style import COLUMN_INCHES, LIGHT, VIOLET_TO_YELLOW, WIDTH_I
 from copepod_report.style import colour_bar, legend_above, new_figure
 from copepod_run.errors import BadCase
 from copepod_run.figures import FIGURES, MOST_TABLES, Figure, csv_text, figures_by_name, number_text, prefix_of
-from copepod_run.figures import swarm_rows
+from copepod_run.figures import flow_means, swarm_rows
 from copepod_run.names import quantity_of, short_keys
 
 _TAKES_PREFIX = ("m", "s", "N", "Pa", "W", "J", "Hz")
@@ -196,6 +196,8 @@ def _figures_of(run: RunResult) -> dict[str, tuple[str, float, float]]:
                 found[name] = (heading, float(figure.ours), math.nan if change is None else change)
     for name, unit, value in swarm_rows(run.summary):
         found[f"swarm_{name}"] = (f"{name} [{unit}]" if unit else name, float(value), math.nan)
+    for name, of_column in flow_means(run.summary).items():
+        found[f"flow_{name}"] = (f"mean {name}", float(of_column["mean"]), math.nan)
     return found
 
 

@@ -204,6 +204,9 @@ _SWARM_ROWS = (
 # a table for each swimmer up to this number, for all together beyond it
 MOST_TABLES = 6
 
+# in the table at the end of a run, of columns of flow.csv; the report has all
+_MOST_ROWS = 16
+
 # columns beside our own: key of a swimmer's summary, heading
 _OTHER_COLUMNS = (("as_in_paper", "paper's way"), ("published", "published"))
 _COLUMN = 13
@@ -221,6 +224,9 @@ def result_table(summary: Mapping[str, Any], directory: str | Path) -> str:
         lines += ["", *(_table_lines(name, headings, rows, note) if rows else none)]
     if swarm := [(label, number_text(value), unit) for label, unit, value in swarm_rows(summary)]:
         lines += ["", *_table_lines(f"{len(summary['swimmers'])} swimmers in their last full cycles", (), swarm)]
+    headings, flow = flow_table(summary)
+    if 0 < len(flow) <= _MOST_ROWS:
+        lines += ["", *_table_lines("flow", headings, [(*row, "") for row in flow])]
     return "\n".join(lines)
 
 
@@ -292,6 +298,18 @@ def swarm_rows(summary: Mapping[str, Any]) -> list[tuple[str, str, Any]]:
     """(name, unit, value) of what describes several swimmers together."""
     swarm = summary.get("swarm") or {}
     return [(name, unit, swarm[key]) for key, name, unit in _SWARM_ROWS if swarm.get(key) is not None]
+
+
+def flow_means(summary: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Mean, root mean square of the deviation from it, least and most of each column of flow.csv that has samples."""
+    return {entry["name"]: entry for entry in summary.get("flow") or [] if "mean" in entry}
+
+
+def flow_table(summary: Mapping[str, Any]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """(headings, rows) of the same: a row has the column and a value below each heading."""
+    keys = {"mean": "mean", "rms": "rms", "min": "least", "max": "most"}
+    rows = [(name, *(number_text(of[key]) for key in keys)) for name, of in flow_means(summary).items()]
+    return list(keys.values()), rows
 
 
 def _with_derived(kinematics: Mapping[str, Any]) -> dict[str, Any]:

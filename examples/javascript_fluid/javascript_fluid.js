@@ -82,7 +82,7 @@ const isOf = (session, { session_id, epoch }) => session?.session_id.equals(sess
 // ---- Limits
 const ANY = 0; // of joints, other shapes and the field output, which this fluid does not use
 // Others have 3 for each body.
-const LENGTHS = { boundaries: 6, orientation_wxyz: 4, jointed: ANY, quantities: ANY, probes: ANY, region_cells: ANY,
+const LENGTHS = { boundaries: 6, orientation_wxyz: 4, jointed: ANY, quantities: ANY, probes: ANY, faces: ANY, region_cells: ANY,
   profile: ANY, parts: ANY, obstacles: ANY, meshes: ANY, vertices_m: ANY, triangles: ANY };
 
 function checkFields(message, bodies = 1) {

@@ -103,9 +103,9 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   map_.accept_fresh_cells();
   timer_.book(Phase::refill);
 
+  has_halo_ = false;
   if (exchange_momentum_->uses_second_cell) {
-    halo_.start(populations_.data(), placement_);
-    timer_.book(Phase::halo);
+    start_halo();
     receive_halo();
   }
   count_changed_cells();
@@ -118,8 +118,32 @@ void LatticeBoltzmann<T>::exchange(const Kinematics& kinematics, Loads& loads) {
   timer_.book(Phase::reduce);
   loads.flow.resize(0);
   if (setup_.flow.values_in(kinematics.step) == 0) return;
-  loads.flow = sample_flow_([this](const Box& box) { return fields(box); });
+  if (!setup_.flow.faces.empty() && !has_halo_) {
+    start_halo();
+    receive_halo();
+  }
+  loads.flow = sample_flow_([this](const Box& box) { return fields(box); },
+                            [this](const FlowSampler::VisitCrossing& visit) { visit_crossings(visit); });
   timer_.book(Phase::output);
+}
+
+/// Between cells of fluid of this rank and faces of the domain, in the next update. What crosses a mirror comes back to
+/// some other cell; the sum over the mirror is that of what leaves. It is reflected twice where a body is beyond.
+template <class T>
+void LatticeBoltzmann<T>::visit_crossings(const FlowSampler::VisitCrossing& visit) {
+  std::map<std::int64_t, double> let_in;
+  for_each_let_in([&](std::int64_t place, T value) { let_in[place] = value; });
+  for_each_entering(layout_.block(), [&](const Cell& ghost, int direction) {
+    const auto& e = d3q19::e[direction];
+    const Site site = layout_.site(Cell{ghost[0] + e[0], ghost[1] + e[1], ghost[2] + e[2]});
+    if (domain_.box().contains(ghost) || map_.owner(site.index) != BodyMap::fluid) return;
+    const GhostSource source = ghost_source(domain_, ghost, direction);
+    const auto place = static_cast<std::size_t>(layout_.location(site, d3q19::opposite(direction), placement_));
+    const double leaving = (map_.owner(layout_.cell(ghost)) > BodyMap::fluid ? 2.0 : 1.0) * populations_[place];
+    const bool is_open = source.kind == GhostSource::Kind::open;
+    visit({ghost, direction, leaving,
+           is_open ? let_in.at(layout_.entry(site, direction, placement_)) : leaving + source.addition});
+  });
 }
 
 /// Mass and momentum of covered cells leave the fluid, those of refilled cells enter it.
@@ -199,7 +223,20 @@ void LatticeBoltzmann<T>::receive_halo() {
   halo_.wait();
   timer_.book(Phase::wait);
   halo_.finish(populations_.data(), placement_);
+  has_halo_ = true;
   timer_.book(Phase::halo);
+}
+
+template <class T>
+template <class Visit>
+void LatticeBoltzmann<T>::for_each_let_in(const Visit& visit) {
+  if (setup_.bodies.empty())
+    open_faces_.for_each_entering(
+        populations_.data(), placement_, [](std::int64_t) { return false; }, visit);
+  else
+    open_faces_.for_each_entering(
+        populations_.data(), placement_, [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; },
+        visit);
 }
 
 template <class T>
@@ -209,24 +246,16 @@ void LatticeBoltzmann<T>::advance() {
     output_.after_step(0, [this] { return fields(); });  // the exchange has put the bodies in place
     timer_.book(Phase::output);
   }
-  bool received = exchange_momentum_->uses_second_cell;  // in exchange
-  if (!received) halo_.start(populations_.data(), placement_);
-  if (!received && !open_faces_.empty()) {
-    receive_halo();
-    received = true;
-  }
+  if (!has_halo_) start_halo();
+  if (!has_halo_ && !open_faces_.empty()) receive_halo();
   // Before walls: it needs the moments of populations that no wall has changed.
-  if (setup_.bodies.empty())
-    open_faces_.apply(populations_.data(), placement_, [](std::int64_t) { return false; });
-  else
-    open_faces_.apply(populations_.data(), placement_,
-                      [this](std::int64_t cell) { return map_.owner(cell) > BodyMap::fluid; });
+  for_each_let_in([this](std::int64_t place, T value) { populations_[static_cast<std::size_t>(place)] = value; });
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update(halo_.interior());
   timer_.book(Phase::bulk);
   nearby_.finish();
-  if (!received) receive_halo();
+  if (!has_halo_) receive_halo();
   for (const Box& slab : halo_.border()) update(slab);
   placement_ = other(placement_);
   ++step_;

@@ -107,7 +107,15 @@ class LatticeBoltzmann final : public FluidSolver {
   [[nodiscard]] double total_lu(Eigen::Index body, std::size_t component) const {
     return fixed_point::to_double(nearby_.total(static_cast<std::size_t>(body), component));
   }
+  void start_halo() {
+    halo_.start(populations_.data(), placement_);
+    timer_.book(Phase::halo);
+  }
   void receive_halo();
+  /// As OpenFaces::for_each_entering; needs the halo.
+  template <class Visit>
+  void for_each_let_in(const Visit& visit);
+  void visit_crossings(const FlowSampler::VisitCrossing& visit);
   void update(const Box& region);
   /// visit(index into populations_) for the cells of a piece (x, y, z), z fastest, and their 19 directions.
   template <class Visit>
@@ -155,6 +163,7 @@ class LatticeBoltzmann final : public FluidSolver {
   Eigen::Matrix2Xd absorbed_mass_;  ///< by body: mass absorbed and not yet given back, weight of its links
   MomentumBalance momentum_;        ///< of the computed domain, up to the last exchange
   Placement placement_ = Placement::home;
+  bool has_halo_ = false;  ///< populations of other ranks are there for the next update
   std::int64_t step_ = 0;  ///< steps completed
   PhaseTimer timer_;
   FieldSchedule output_;

@@ -20,7 +20,8 @@ Capabilities capabilities() {
               "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
               "shape:compound obstacles obstacle_loads moving_boundary:bounce_back moving_boundary:interpolated "
               "moving_boundary:central_linear moving_boundary:parabolic refill:equilibrium refill:nonequilibrium "
-              "refill:grad thin_films fields fields:selection flow_samples estimate mpi checkpoint snapshots")};
+              "refill:grad thin_films fields fields:selection flow_samples flow_samples:faces estimate mpi checkpoint "
+              "snapshots")};
 }
 
 std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communicator& communicator) {

@@ -59,6 +59,7 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
     if (!boundary.profile.empty()) required.insert("profile:table");
   }
   if (setup.flow.every_steps > 0) required.insert("flow_samples");
+  if (setup.flow.every_steps > 0 && !setup.flow.faces.empty()) required.insert("flow_samples:faces");
   if (std::ranges::count(setup.symmetry_planes, true) > 0) required.insert("symmetry_planes");
   if (!setup.body_force_N_per_m3.isZero(0.0)) required.insert("body_force");
   if (setup.film_thickness_m > 0.0) required.insert("thin_films");
@@ -155,6 +156,7 @@ const std::vector<Feature>& known_features() {
       {"fields", run, "writes fields.h5 with its XDMF files"},
       {"fields:selection", run, "writes chosen quantities and regions, compressed if requested"},
       {"flow_samples", run, "returns totals of the flow, and velocity and pressure at probes"},
+      {"flow_samples:faces", run, "returns what flows through faces of the domain, and the force on them"},
       {"mpi", remark, "runs as several MPI processes"},
       {"estimate", remark, "--estimate: computes the memory for a setup before a run starts"},
       {"contacts", remark, "bodies that touch push each other apart"},

@@ -106,11 +106,16 @@ struct Probe {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  ///< in the domain
 };
 
+/// Names of the faces of the domain, by their numbers.
+constexpr std::array face_names{"x_low", "x_high", "y_low", "y_high", "z_low", "z_high"};
+
 /// What Loads::flow holds at the start of every `every_steps`-th step; 0: nothing, ever.
 struct FlowSampling {
   std::int64_t every_steps = 0;  ///< steps between two samples, the first of step 0
   bool totals = true;            ///< of all fluid; their sums do not depend on the ranks
   std::vector<Probe> probes;     ///< velocity and pressure, interpolated between the centres of cells
+  /// Numbers of faces, as in FluidSetup::boundaries: volume that comes in there, and force of the fluid on it.
+  std::vector<std::int64_t> faces;
 
   /// What the values are, in their order.
   [[nodiscard]] std::vector<std::string> names() const {
@@ -122,12 +127,15 @@ struct FlowSampling {
     for (const Probe& probe : probes)
       for (const char* value : {".vx_m_per_s", ".vy_m_per_s", ".vz_m_per_s", ".pressure_Pa"})
         all.push_back(probe.name + value);
+    for (const std::int64_t face : faces)
+      for (const char* value : {".inflow_m3_per_s", ".fx_N", ".fy_N", ".fz_N"})
+        all.push_back(face_names[static_cast<std::size_t>(face)] + std::string(value));
     return all;
   }
   /// How many there are in a step.
   [[nodiscard]] Eigen::Index values_in(std::int64_t step) const {
     const bool is_due = every_steps > 0 && step % every_steps == 0;
-    return is_due ? (totals ? 6 : 0) + 4 * static_cast<Eigen::Index>(probes.size()) : 0;
+    return is_due ? (totals ? 6 : 0) + 4 * static_cast<Eigen::Index>(probes.size() + faces.size()) : 0;
   }
 };
 

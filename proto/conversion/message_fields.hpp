@@ -67,7 +67,9 @@ void describe(auto& wire, Is<FieldOutput> auto& fields) {
 
 void describe(auto& wire, Is<Probe> auto& probe) { COPEPOD_MEMBERS(wire, probe, name, position_m); }
 
-void describe(auto& wire, Is<FlowSampling> auto& flow) { COPEPOD_MEMBERS(wire, flow, every_steps, totals, probes); }
+void describe(auto& wire, Is<FlowSampling> auto& flow) {
+  COPEPOD_MEMBERS(wire, flow, every_steps, totals, probes, faces);
+}
 
 void describe(auto& wire, Is<BodyPair> auto& pair) {
   wire("body_A", pair.first);
@@ -221,6 +223,11 @@ inline void check(const FieldOutput& fields) {
     throw MalformedMessage("fields.mean_start is " + std::to_string(fields.mean_start) + ", not before mean_stop " +
                            std::to_string(fields.mean_stop));
   if (fields.mean_every_steps == 0) throw MalformedMessage("fields.mean_every_steps of a mean is 0");
+}
+
+inline void check(const FlowSampling& flow) {
+  for (const std::int64_t face : flow.faces)
+    if (face > 5) throw MalformedMessage("flow.faces has face " + std::to_string(face) + ", a domain has faces 0 to 5");
 }
 
 inline void check(const FluidSetup& setup) {

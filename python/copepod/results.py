@@ -83,7 +83,7 @@ class Run:
 
     @functools.cached_property
     def flow(self) -> "pandas.DataFrame":
-        """Samples of `output.flow`, index step, columns of flow.csv: totals, velocity and pressure at probes.
+        """Samples of `output.flow`, index step, columns of flow.csv: totals, probes and faces.
 
         @throws Error if the case has none
         """

@@ -24,7 +24,7 @@ cases:
   - {{case: {QUICK}/vacuum.yaml}}
   - {{case: {QUICK}/three_sphere.yaml, name: one, set: {{run.steps: 1500, output.fields.mean_over_steps: [0, 0]}}}}
   - {{case: {QUICK}/three_sphere.yaml, name: two, set: {{run.steps: 2500, output.fields.mean_over_steps: [0, 0],
-     output.checkpoint.every_steps: 300}}}}
+     output.checkpoint.every_steps: 300, output.flow: {{every_steps: 250, totals: false, faces: true}}}}}}
 """
 
 
@@ -52,6 +52,8 @@ class RealCampaign(CommandTest):
         rows = self.results("undisturbed")
         for column in rows[0]:
             self.assertTrue(any(row[column] for row in rows), f"{column} is empty")
+        self.assertEqual([row["z_high.inflow_m3_per_s.mean"] for row in rows], ["", "", "0.0"])
+        self.assertGreater(float(rows[2]["z_high.fz_N.rms"]), 0)
         for number, out in ((signal.SIGKILL, "killed"), (signal.SIGINT, "stopped")):
             session = self.start("campaign", "small.yaml", "--out", out)
             session.wait_for_file(f"{out}/two/checkpoints/*/manifest.json")

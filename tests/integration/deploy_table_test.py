@@ -138,6 +138,16 @@ class ResultTable(unittest.TestCase):
         steady = {**summary, "coefficients": [{**shedding, "strouhal": None}]}
         self.assertNotIn("Strouhal", result_table(steady, "runs/a"))
 
+    def test_columns_of_the_flow_have_a_row_each_if_they_are_few(self):
+        column = {"name": "x_low.fx_N", "mean": 1.25, "rms": 0.5, "min": -1.0, "max": 12345.6}
+        summary = {**SUMMARY, "flow": [column, {"name": "x_low.fy_N", "note": "the run ended before step 70"}]}
+        self.assertEqual(self.row("flow", summary), ["flow", "mean", "rms", "least", "most"])
+        self.assertEqual(self.row("x_low.fx_N", summary), ["x_low.fx_N", "1.25", "0.5", "-1", "12346"])
+        self.assertNotIn("x_low.fy_N", result_table(summary, "runs/a"))
+        many = [{**column, "name": f"probe{number}"} for number in range(17)]
+        self.assertIn("probe15", result_table({**SUMMARY, "flow": many[:16]}, "runs/a"))
+        self.assertNotIn("probe15", result_table({**SUMMARY, "flow": many}, "runs/a"))
+
     def test_three_beads_in_a_row_have_the_figures_of_the_paper_and_no_second_efficiency(self):
         summary = {**SUMMARY, "swimmers": [{**SWIMMER, "kinematics": {**KINEMATICS, "efficiency": 0.1}}]}
         self.assertEqual(self.row("efficiency", summary)[-1], "0.00052")

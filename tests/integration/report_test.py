@@ -75,6 +75,21 @@ class Report(CommandTest):
         self.assertEqual(self.report("run")[0], 0)
         self.assertTrue((self.folder / "run/report/design_a_coefficients_over_time.png").exists())
 
+    def test_flow_through_faces_and_forces_on_them_are_drawn_and_their_figures_listed(self):
+        write_run(self.folder / "run", mean_flow=False)
+        table = self.folder / "run/flow.csv"
+        lines = [f"{step},{step / 10},{0.1 * step},{step**2},7" for step in range(20)]
+        table.write_text("\n".join(["step,time_s,x_low.inflow_m3_per_s,x_low.fx_N,x_low.fy_N", *lines, ""]))
+        of_flow, of_force = flow_over_time(table).axes
+        self.assertEqual((of_flow.get_ylabel(), of_force.get_ylabel()), ("flow [m³/s]", "force on faces [N]"))
+        self.assertEqual(len(of_force.lines), 2)
+        summary = json.loads((self.folder / "run/summary.json").read_text())
+        summary["flow"] = [{"name": "x_low.fx_N", "mean": 4.0, "rms": 0.25, "min": 3.5, "max": 4.75}]
+        (self.folder / "run/summary.json").write_text(json.dumps(summary))
+        self.assertEqual(self.report("run")[0], 0)
+        page = (self.folder / "run/report/report.html").read_text()
+        self.assertRegex(page, r"x_low\.fx_N\W.*?\W4\W.*?0\.25.*?3\.5.*?4\.75")
+
     def test_page_needs_nothing_but_itself(self):
         write_run(self.folder / "run")
         self.report("run")

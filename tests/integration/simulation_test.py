@@ -241,6 +241,7 @@ class SimulationTest(unittest.TestCase):
         of_stream = {"speed_m_per_s": 5e-4, "area_m2": 1e-5, "length_m": 4e-3}
         output = {"trajectory": {"every_steps": 4, "format": "npy"}}
         output["coefficients"] = [{"of": name, **of_stream, "from_step": 30} for name in ("ball", "rock")]
+        output["flow"] = {"every_steps": 3, "totals": False, "faces": True, "from_step": 30}
         case = {"case": "stream", "fluid": fluid, "bodies": [{**ball, "motion": "fixed"}], "obstacles": [rock]}
         case |= {"run": {"steps": 120}, "output": output}
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings(action="ignore"):
@@ -265,6 +266,16 @@ class SimulationTest(unittest.TestCase):
             figures, rock_of_run = run.summary["coefficients"]
             self.assertEqual(copepod.load(f"{folder}/ranks").summary["coefficients"], [figures, rock_of_run])
             self.assertEqual(rock_of_cut, rock_of_run)
+            for other in ("ranks", "cut"):
+                self.assertTrue(copepod.load(f"{folder}/{other}").flow.equals(run.flow))
+                self.assertEqual(copepod.load(f"{folder}/{other}").summary["flow"], run.summary["flow"])
+            for column, of_column in zip(run.flow.drop(columns="time_s").loc[30:].items(), run.summary["flow"]):
+                name, samples = column
+                expected = [samples.mean(), samples.std(ddof=0), samples.min(), samples.max()]
+                numpy.testing.assert_allclose(list(of_column.values())[1:], expected, 1e-12, 1e-30, err_msg=name)
+                self.assertEqual((of_column["name"], list(of_column)[1:]), (name, ["mean", "rms", "min", "max"]))
+                numpy.testing.assert_allclose(whole.flow[name], run.flow[name], 1e-9, 1e-18, err_msg=name)
+            self.assertAlmostEqual(run.flow["y_low.inflow_m3_per_s"].iloc[0] / (5e-4 * 12e-3 * 12e-3), 1, 12)
             self.assertNotEqual(ball_of_cut["drag"], figures["drag"])
             for name, table, found in (("ball", run.trajectory, figures), ("rock", run.obstacles, rock_of_run)):
                 forces = table.loc[name].loc[32:116]
@@ -275,6 +286,7 @@ class SimulationTest(unittest.TestCase):
                 self.assertAlmostEqual(of_whole["drag"]["mean"], of_half["drag"]["mean"], 6)
             self.assertAlmostEqual(figures["lift"]["mean"], 0.0, 12)
             self.assertIn("drag coefficient", str(run))
+            self.assertNotIn("y_low.fy_N", str(run))  # of 24 columns
             with copepod.Simulation(case) as kept_nowhere:
                 kept_nowhere.step(5)
 

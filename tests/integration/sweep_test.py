@@ -245,9 +245,13 @@ class ReportOfASweep(CommandTest):
     def test_every_result_is_drawn_over_the_swept_keys(self):
         values = [(lag, amplitude) for lag in (0, 1, 2) for amplitude in (1e-6, 1e-5)]
         self.write_sweep(values, [f"s_{number}" for number in range(6)])
+        for path in (self.folder / "sweep").glob("*/summary.json"):
+            flow = [{"name": "fx_N", "mean": float(path.parent.name[-1]), "rms": 0.5, "min": 0.0, "max": 1.0}]
+            flow.append({"name": "fy_N", "note": "the run ended before step 70"})
+            path.write_text(json.dumps(json.loads(path.read_text()) | {"flow": flow}))
         text = self.report()
         self.assertIn("<th>phase lag [steps]</th><th>amplitude [µN]</th>", text)
-        for name in ("s_u_swim_lattice", "s_u_swim_lattice_map"):
+        for name in ("s_u_swim_lattice", "s_u_swim_lattice_map", "s_flow_fx_N"):
             self.assertTrue((self.folder / f"report/{name}.png").read_bytes().startswith(PNG))
         self.assertFalse((self.folder / "report/s_d1_cells.png").exists())  # does not vary
 

@@ -47,6 +47,7 @@ FluidSetup wandering_bodies(const Method& method) {
   setup.collision = method.collision;
   setup.moving_boundary = method.moving_boundary;
   setup.refill = method.refill;
+  setup.flow = {.every_steps = 3, .totals = false, .probes = {}, .faces = {2, 3}};
   setup.bodies = {{ShapeKind::sphere, 3.0, 0.0}, {ShapeKind::capsule, 2.0, 3.0}};
   if (method.has_other_shapes)
     setup.bodies = {doubles::voxel_shape({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}}, 2.0, {1.5, 0.7, 0.5}),
@@ -97,6 +98,8 @@ TEST_P_ON_RANKS(Decomposition, GivesTheBitsOfOneRank) {
   SelfCommunicator self{own_context};
   const Outcome alone = run(*make_lattice_boltzmann(setup, self), 0, 400);
   EXPECT_EQ(distributed.summary.digest, alone.summary.digest);
+  EXPECT_EQ(distributed.loads.flow, alone.loads.flow);
+  EXPECT_EQ(distributed.loads.flow.size(), 8);
   EXPECT_EQ(distributed.summary.mass_drift, alone.summary.mass_drift);
   EXPECT_EQ(distributed.summary.momentum_drift, alone.summary.momentum_drift);
   EXPECT_GT(alone.summary.momentum_drift.value(), 1e-4);

@@ -1,8 +1,12 @@
 #include "lattice_boltzmann/output/flow_sampler.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
+#include <vector>
 
+#include "lattice_boltzmann/lattice_boltzmann.hpp"
 #include "test_on_ranks.hpp"
 
 namespace copepod::fluid {
@@ -41,7 +45,7 @@ FieldBlock fields_of(const Box& box) {
 Eigen::VectorXd sample(const FluidSetup& setup, Communicator& ranks) {
   const Domain domain(setup, LatticeUnits(setup));
   const Box block = BlockPartition(domain.cells(), ranks.size(), setup.bodies.size()).block(ranks.rank());
-  return FlowSampler(setup, domain, block, ranks)(fields_of);
+  return FlowSampler(setup, domain, block, ranks)(fields_of, [](const auto&) {});
 }
 
 /// Where the values of a probe are expected.
@@ -110,6 +114,201 @@ TEST_ON_RANKS(FlowSampler, AddsUpAllFluidToTheSameBitsOnAnyNumberOfRanks) {
   EXPECT_NEAR(values[3], momentum.x(), 1e-12 * momentum.x());
   EXPECT_EQ(values[4], 0.0);
   EXPECT_NEAR(values[5], momentum.z(), 1e-12 * momentum.z());
+}
+
+/// A flow past a ball at rest, and a ledge that reaches through faces. Lengths in cells, and so on.
+struct Stream {
+  const char* what;
+  std::array<Boundary, 6> faces;
+  std::array<bool, 3> symmetry_planes{};
+  Precision precision = Precision::double_precision;
+};
+
+Boundary moving(const Eigen::Vector3d& velocity) {
+  return {.kind = BoundaryKind::velocity, .velocity_m_per_s = velocity};
+}
+
+const Boundary no_slip{}, free_slip{.kind = BoundaryKind::free_slip}, periodic{.kind = BoundaryKind::periodic},
+    outflow{.kind = BoundaryKind::outflow}, at_pressure{.kind = BoundaryKind::pressure, .pressure_Pa = 2e-3},
+    parabola{.kind = BoundaryKind::velocity, .velocity_m_per_s = {0.03, 0.0, 0.0}, .parabolic = true};
+
+const Stream streams[] = {
+    {"closed", {no_slip, no_slip, no_slip, no_slip, no_slip, no_slip}},
+    {"lid", {no_slip, no_slip, no_slip, moving({0.05, 0, 0.02}), periodic, periodic}},
+    {"between mirrors", {free_slip, free_slip, free_slip, no_slip, periodic, periodic}},
+    {"parabola", {parabola, outflow, no_slip, no_slip, free_slip, no_slip}},
+    {"oblique", {outflow, moving({-0.03, 0.02, 0}), moving({0, 0.01, 0}), outflow, periodic, periodic}},
+    {"pressure", {at_pressure, outflow, no_slip, moving({0.04, 0, 0}), at_pressure, free_slip}},
+    {"part of a duct", {parabola, outflow, no_slip, no_slip, free_slip, free_slip}, {false, true, true}},
+    {"part of a box", {no_slip, no_slip, free_slip, free_slip, periodic, periodic}, {true, false, true}},
+    {"single", {parabola, outflow, no_slip, free_slip, periodic, periodic}, {}, Precision::single_precision},
+};
+
+FluidSetup setup_of(const Stream& stream) {
+  FluidSetup setup;
+  setup.step_s = setup.cell_size_m = setup.density_kg_per_m3 = 1.0;
+  setup.kinematic_viscosity_m2_per_s = 0.1;
+  setup.domain_cells = {14, 12, 10};
+  setup.boundaries = stream.faces;
+  setup.symmetry_planes = stream.symmetry_planes;
+  setup.precision = stream.precision;
+  setup.body_force_N_per_m3 = {2e-5, -1e-5, 3e-5};
+  for (int axis = 0; axis < 3; ++axis)
+    if (stream.symmetry_planes[static_cast<std::size_t>(axis)]) setup.body_force_N_per_m3[axis] = 0.0;
+  setup.obstacles = {{"ball", {.kind = ShapeKind::sphere, .radius_m = 2.3}, {7, 6, 5}},
+                     {"ledge", {.kind = ShapeKind::box, .extents_m = {6, 3, 20}}, {7, 0, 5}}};
+  if (stream.symmetry_planes[1]) setup.obstacles.pop_back();
+  for (ObstacleSpecification& obstacle : setup.obstacles) obstacle.loads = true;
+  setup.flow.every_steps = 1;
+  for (std::int64_t face = 0; face < 6; ++face)
+    if (stream.faces[static_cast<std::size_t>(face)].kind != BoundaryKind::periodic) setup.flow.faces.push_back(face);
+  return setup;
+}
+
+/// What the body force drives.
+double cells_of_fluid(const FluidSetup& setup) {
+  double count = 0.0;
+  for_each_cell({{0, 0, 0}, setup.domain_cells}, [&](const Cell& cell) {
+    const Eigen::Vector3d r(cell[0] - 6.5, cell[1] - 5.5, cell[2] - 4.5);
+    const bool in_ledge = setup.obstacles.size() > 1 && std::abs(r[0]) < 3.0 && cell[1] < 1;
+    count += r.norm() > 2.3 && !in_ledge ? 1.0 : 0.0;
+  });
+  return count;
+}
+
+/// Of each step of a start from rest, on rank 0.
+struct History {
+  std::vector<Loads> loads;
+  std::vector<double> mass;
+  std::uint64_t digest = 0;
+};
+
+History history_of(const FluidSetup& setup, Communicator& ranks) {
+  const auto solver = make_lattice_boltzmann(setup, ranks);
+  const auto cells = static_cast<double>(setup.domain_cells[0] * setup.domain_cells[1] * setup.domain_cells[2]);
+  History history;
+  Kinematics none;
+  none.resize(0);
+  for (none.step = 0; none.step < 60; ++none.step) {
+    solver->exchange(none, history.loads.emplace_back());
+    const SolverSummary summary = solver->summarise();
+    history.mass.push_back(cells * summary.mass_drift.value_or(0.0));
+    history.digest = summary.digest;
+    solver->advance();
+  }
+  return history;
+}
+
+// With bounce_back a fluid loses momentum to bodies and faces only.
+TEST_ON_RANKS(FlowSampler, ForcesOnFacesAndWhatComesInAreAllThatAFluidLosesAndGains) {
+  for (const Stream& stream : streams) {
+    const FluidSetup setup = setup_of(stream);
+    FluidSetup unsampled = setup;
+    unsampled.flow.every_steps = 0;
+    const History history = history_of(setup, ranks);
+    if (ranks.rank() != 0) continue;
+    SolverContext context;
+    SelfCommunicator self(context);
+    const History alone = history_of(setup, self);
+    EXPECT_EQ(history.digest, history_of(unsampled, self).digest) << stream.what;
+    const double tolerance = stream.precision == Precision::single_precision ? 2e-4 : 1e-11;
+    const auto momentum = [](const Loads& loads) -> Eigen::Vector3d { return loads.flow.segment<3>(3); };
+    double largest_flow = 0.0, largest_force = 0.0;
+    for (std::size_t step = 0; step + 1 < history.loads.size(); ++step) {
+      const Loads& loads = history.loads[step];
+      ASSERT_EQ(loads.flow, alone.loads[step].flow) << stream.what << ", step " << step;
+      const Eigen::Map<const Eigen::Matrix4Xd> faces(&loads.flow[6], 4, std::ssize(setup.flow.faces));
+      const Eigen::Vector3d lost = loads.force_N.rowwise().sum() + faces.bottomRows<3>().rowwise().sum();
+      const Eigen::Vector3d gained = momentum(history.loads[step + 1]) - momentum(loads) + lost;
+      EXPECT_LT((gained - cells_of_fluid(setup) * setup.body_force_N_per_m3).norm(), tolerance) << stream.what;
+      EXPECT_NEAR(faces.row(0).sum(), history.mass[step + 1] - history.mass[step], tolerance) << stream.what;
+      largest_flow = std::max(largest_flow, faces.row(0).cwiseAbs().maxCoeff());
+      largest_force = std::max(largest_force, faces.bottomRows<3>().cwiseAbs().maxCoeff());
+      for (Eigen::Index i = 0; i < faces.cols(); ++i) {
+        const auto face = static_cast<std::size_t>(setup.flow.faces[static_cast<std::size_t>(i)]);
+        const BoundaryKind kind = setup.boundaries[face].kind;
+        const bool is_closed = kind == BoundaryKind::no_slip || kind == BoundaryKind::free_slip;
+        EXPECT_TRUE(!is_closed || faces(0, i) == 0.0) << stream.what << ", " << face_names[face];
+      }
+    }
+    const bool is_closed = std::ranges::none_of(setup.boundaries, [](const Boundary& face) {
+      return face.kind == BoundaryKind::outflow || face.kind == BoundaryKind::pressure;
+    });
+    EXPECT_EQ(largest_flow > 0.1, !is_closed) << stream.what;
+    EXPECT_GT(largest_force, 1e-3) << stream.what;
+  }
+}
+
+/// The last of many samples.
+Eigen::VectorXd steady(const FluidSetup& setup, int steps) {
+  SolverContext context;
+  SelfCommunicator self(context);
+  const auto solver = make_lattice_boltzmann(setup, self);
+  Kinematics none;
+  none.resize(0);
+  Loads loads;
+  for (none.step = 0; none.step < steps; ++none.step) {
+    solver->exchange(none, loads);
+    solver->advance();
+  }
+  return loads.flow;
+}
+
+/// 12 cells between two faces normal to y, all others periodic, or as they are.
+FluidSetup slit(const std::array<Boundary, 2>& walls, const std::array<Boundary, 2>& ends) {
+  FluidSetup setup = setup_of({"slit", {ends[0], ends[1], walls[0], walls[1], periodic, periodic}});
+  setup.domain_cells = {30, 12, 4};
+  setup.cell_size_m = 0.5;
+  setup.step_s = 0.25;
+  setup.density_kg_per_m3 = 1000.0;
+  setup.kinematic_viscosity_m2_per_s = 1.0 / 6.0;
+  setup.collision = CollisionKind::trt;
+  setup.body_force_N_per_m3.setZero();
+  setup.obstacles.clear();
+  setup.flow = {.every_steps = 500, .totals = false, .probes = {}, .faces = setup.flow.faces};
+  return setup;
+}
+
+// τ = ρ ν U/h on the wall at rest, and the opposite on the one that moves.
+TEST(FacesOfASlit, HaveTheShearOfCouetteFlow) {
+  const Eigen::VectorXd found = steady(slit({no_slip, moving({0.01, 0, 0.02})}, {periodic, periodic}), 5001);
+  const double shear_N = 1000.0 / 6.0 * 0.01 / 6.0 * 15.0 * 2.0;
+  ASSERT_EQ(found.size(), 8);
+  for (const int wall : {0, 1}) {
+    EXPECT_NEAR(found[4 * wall + 1], (wall == 0 ? 1 : -1) * shear_N, 1e-8 * shear_N);
+    EXPECT_NEAR(found[4 * wall + 3], (wall == 0 ? 2 : -2) * shear_N, 1e-8 * shear_N);
+    EXPECT_NEAR(found[4 * wall + 2], 0.0, 1e-3 * shear_N);
+  }
+}
+
+// Half of what drives it on each wall; likewise of half a slit, for the whole.
+TEST(FacesOfASlit, ShareTheForceThatDrivesPoiseuilleFlow) {
+  for (const bool is_half : {false, true}) {
+    FluidSetup setup = slit({no_slip, no_slip}, {periodic, periodic});
+    setup.symmetry_planes = {false, is_half, is_half};
+    setup.body_force_N_per_m3[0] = 0.1;
+    const Eigen::VectorXd found = steady(setup, 7001);
+    const double driving_N = 0.1 * 15.0 * 6.0 * 2.0;
+    for (const int wall : {0, 1}) EXPECT_NEAR(found[4 * wall + 1], 0.5 * driving_N, 1e-6 * driving_N) << is_half;
+  }
+}
+
+// What comes in leaves, and the walls have the shear of all their length; on n cells the parabola of a flow rate is
+// lower by 1/(2n²).
+TEST(FacesOfASlit, HaveWhatFlowsThroughAndTheDropOfPressure) {
+  const Boundary inflow{.kind = BoundaryKind::velocity, .velocity_m_per_s = {0.001, 0, 0}, .parabolic = true};
+  const Eigen::VectorXd found = steady(slit({no_slip, no_slip}, {inflow, outflow}), 20001);
+  ASSERT_EQ(found.size(), 16);
+  const double flow = 2.0 / 3.0 * 0.001 * 6.0 * 2.0;
+  EXPECT_NEAR(found[0], flow, 1e-9 * flow);
+  EXPECT_NEAR(found[4], -found[0], 2e-6 * flow);
+  EXPECT_EQ(found[8], 0.0);
+  const double drop_Pa = 12.0 * 1000.0 / 6.0 * flow / (6 * 6 * 6 * 2.0) * 15.0 / (1.0 + 0.5 / 144.0);
+  const double wall_N = 0.5 * drop_Pa * 6.0 * 2.0;
+  EXPECT_NEAR(found[9], wall_N, 0.002 * wall_N);
+  EXPECT_NEAR(found[9], found[13], 1e-9 * wall_N);
+  EXPECT_NEAR(-found[1] - found[5], 2.0 * wall_N, 0.002 * wall_N);
+  EXPECT_NEAR(found[5], 0.0, 0.02 * wall_N);
 }
 
 }  // namespace

@@ -683,7 +683,12 @@ class _Draw:
             "trajectory": {"every_steps": rng.randint(1, 20), "format": rng.choice(["csv", "csv", "npy"])},
             "bodies": {"every_steps": 0},
             "checkpoint": {"every_steps": rng.randint(1, self.steps - 1), "every_wall_s": 0},
-            "flow": {"every_steps": rng.randint(1, 20), "totals": self.chance(0.7), "probes": []},
+            "flow": {
+                "every_steps": rng.randint(1, 20),
+                "totals": self.chance(0.7),
+                "probes": [],
+                "faces": self.chance(0.6),
+            },
         }
         for number in range(rng.randint(1, 3)):
             place = [rng.random() * CELL_M * cells for cells in self.case["fluid"]["domain_cells"]]

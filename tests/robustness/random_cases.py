@@ -163,7 +163,7 @@ def _outcome(folder, ended):
         reason = re.sub(r"^.*, rank \d+, (at|after) step \d+: ", "", reason)
         return Outcome(70, reason=reason, step=step[1] or step[2] if step else "", rest=rest)
     summary = json.loads((folder / "summary.json").read_text())
-    for key in ("steps", "mass_drift", "momentum_drift", "swimmers", "groups", "coefficients"):
+    for key in ("steps", "mass_drift", "momentum_drift", "swimmers", "groups", "coefficients", "flow"):
         rest[key] = summary.get(key)
     cycles = folder / "cycles.csv"
     rest["cycles"] = cycles.read_bytes() if cycles.exists() else b""

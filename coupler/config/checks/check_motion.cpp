@@ -254,11 +254,18 @@ void check_output(const Case& the_case, Problems& problems) {
       problems.reject(key + ".position_m", "is outside the domain (nothing flows there). Move it inside.");
     if (&*std::ranges::find(output.flow.probes, name, &Probe::name) != &output.flow.probes[i])
       problems.reject(key + ".name", "names two probes (columns have different names). Rename one.");
+    if (!output.flow.faces.empty() && std::ranges::count(face_names, name) > 0)
+      problems.reject(key + ".name", "is that of a face (columns have different names). Rename the probe.");
   }
-  if (output.flow.every_steps > 0 && !output.flow.totals && output.flow.probes.empty())
-    problems.reject("output.flow", "samples nothing (totals: false, and no probes). Add probes, or remove it.");
-  if (output.flow.every_steps == 0 && !output.flow.probes.empty())
-    problems.reject("output.flow.every_steps", "is 0 (the probes would never be read). Give a number of steps.");
+  const bool has_places = !output.flow.probes.empty() || !output.flow.faces.empty();
+  if (output.flow.every_steps > 0 && !output.flow.totals && !has_places)
+    problems.reject("output.flow",
+                    "samples nothing (totals: false, no probes, and no faces). Add probes or faces, or remove it.");
+  if (output.flow.every_steps == 0 && has_places)
+    problems.reject("output.flow.every_steps",
+                    "is 0 (probes and faces would never be sampled). Give a number of steps.");
+  if (output.flow.every_steps > 0 && output.flow_from_step > the_case.steps)
+    problems.reject("output.flow.from_step", "is after the last step (nothing is left to evaluate). Start earlier.");
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
     problems.reject(path, "stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +

@@ -191,7 +191,8 @@ struct OutputCase {
   std::int64_t bodies_every_steps = 0;                               ///< 0: no surfaces of the bodies
   FieldOutput fields;                                                ///< its directory is that of the run
   FlowSampling flow;
-  bool writes_flow = true;  ///< its samples, to flow.csv
+  bool writes_flow = true;          ///< its samples, to flow.csv
+  std::int64_t flow_from_step = 0;  ///< first that is evaluated
   std::vector<Coefficients> coefficients;
   std::int64_t checkpoint_every_steps = 0;  ///< 0: not by steps
   double checkpoint_every_wall_s = 600.0;   ///< 0: not by time

@@ -96,12 +96,33 @@ void declare_fields(Keys& keys, FieldOutput& fields) {
               "deflate: smaller files, the same numbers; one process compresses, about 100 MB/s.");
 }
 
-void declare_flow(Keys& keys, FlowSampling& flow) {
+/// First step of which samples are evaluated.
+void declare_from_step(Keys& keys, std::int64_t& from_step, std::int64_t steps) {
+  if (keys.reads()) from_step = steps / 2;
+  keys.integer({"from_step", Need::in_some_cases}, from_step, Range::not_negative,
+               "First step that is evaluated. Default: half of run.steps.");
+}
+
+/// Those that are neither periodic nor symmetry planes.
+std::vector<std::int64_t> faces_of(const FluidCase& fluid) {
+  std::vector<std::int64_t> faces;
+  for (std::size_t face = 0; face < fluid.boundaries.size(); ++face)
+    if (fluid.boundaries[face].kind != BoundaryKind::periodic) faces.push_back(static_cast<std::int64_t>(face));
+  return faces;
+}
+
+void declare_flow(Keys& keys, OutputCase& output, const FluidCase& fluid, std::int64_t steps) {
+  FlowSampling& flow = output.flow;
   keys.integer("every_steps", flow.every_steps, Range::not_negative,
                "Steps between samples, the first of step 0; 0: none. Each is of the start of its step.");
   keys.flag("totals", flow.totals,
             "Kinetic energy, dissipation, enstrophy ½∫ω² dV and momentum of all fluid. They take as long as about ten "
             "steps.");
+  bool has_faces = !flow.faces.empty();
+  keys.flag("faces", has_faces,
+            "Flow through each face of the domain that is not periodic, and the force of the fluid on it.");
+  if (keys.reads() && has_faces) flow.faces = faces_of(fluid);
+  if (keys.written_if(flow.every_steps > 0)) declare_from_step(keys, output.flow_from_step, steps);
   if (!keys.written_if(!flow.probes.empty())) return;
   keys.list("probes", flow.probes, "Places at which velocity and pressure are sampled, which costs next to nothing.",
             [](Keys& probe, Probe& item) {
@@ -130,9 +151,7 @@ void declare_coefficients(Keys& item, Coefficients& each, const FluidCase& fluid
   declare_direction(item, {"lift_axis", Need::in_some_cases}, each.lift_axis,
                     "Direction of the lift, across the drag; it is normalised. Default: y for a drag along x, z for y, "
                     "x for z.");
-  if (item.reads()) each.from_step = steps / 2;
-  item.integer({"from_step", Need::in_some_cases}, each.from_step, Range::not_negative,
-               "First step that is evaluated. Default: half of run.steps.");
+  declare_from_step(item, each.from_step, steps);
 }
 
 /// The sum of the fluid's ranks on all hosts, each "name" (one rank) or "name:ranks".
@@ -202,8 +221,10 @@ void declare(Keys& keys, OutputCase& output, const FluidCase& fluid, std::int64_
   });
   keys.section("fields", "fields.h5, with fields.xdmf (snapshots) and fields_mean.xdmf for ParaView.",
                [&](Keys& fields) { declare_fields(fields, output.fields); });
-  keys.section("flow", "flow.csv: figures of the flow over time. With solver: lattice_boltzmann.",
-               [&](Keys& flow) { declare_flow(flow, output.flow); });
+  keys.section("flow",
+               "flow.csv: figures of the flow over time, with their means in summary.json. With solver: "
+               "lattice_boltzmann.",
+               [&](Keys& flow) { declare_flow(flow, output, fluid, steps); });
   if (keys.written_if(!output.coefficients.empty()))
     keys.list("coefficients", output.coefficients,
               "Drag and lift coefficients 2 F/(ρ U² A) over time in coefficients.csv, at the steps of the trajectory; "

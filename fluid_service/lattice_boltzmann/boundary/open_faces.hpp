@@ -60,7 +60,7 @@ class OpenFaces {
   /// @throws CaseError if the block is too thin
   OpenFaces(const Domain& domain, const PopulationLayout& layout) : domain_(domain), layout_(layout) {
     std::map<std::int64_t, Cell> cells;  // as they lie in memory
-    for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
+    fluid::for_each_entering(layout.block(), [&](const Cell& ghost, int direction) {
       if (domain.box().contains(ghost)) return;
       const GhostSource source = ghost_source(domain, ghost, direction);
       if (source.kind == GhostSource::Kind::open) cells.emplace(layout.cell(source.cell), source.cell);
@@ -74,11 +74,12 @@ class OpenFaces {
 
   [[nodiscard]] bool empty() const { return groups_.empty(); }
 
-  /// f̃_α lies where f_ᾱ will be read, so all are computed before one is replaced.
+  /// Calls visit(place, value) for what enters the fluid in the next step, and where it will be read. There f̃_α lies,
+  /// so all are computed before the first is visited.
   /// @param populations  with those of other ranks
   /// @param is_solid     whether a body covers a cell of the layout
-  template <class T, class IsSolid>
-  void apply(T* populations, Placement placement, const IsSolid& is_solid) {
+  template <class T, class IsSolid, class Visit>
+  void for_each_entering(const T* populations, Placement placement, const IsSolid& is_solid, const Visit& visit) {
     entering_.clear();
     for (Group& group : groups_) {
       if (domain_.varies() && group.length > 0.0) set_walls(group);
@@ -97,7 +98,7 @@ class OpenFaces {
           const CellValues& values = *entering++;
           const std::int64_t entry = layout_.entry({0, group.faces}, link.direction, placement);
           for (std::size_t i = 0; i < count; ++i)
-            populations[group.cells[first + i] + entry] = static_cast<T>(values[static_cast<Eigen::Index>(i)]);
+            visit(group.cells[first + i] + entry, static_cast<T>(values[static_cast<Eigen::Index>(i)]));
         }
       }
   }

@@ -12,6 +12,9 @@ namespace {
 constexpr std::size_t totals = 6;
 constexpr std::size_t sums_of_probe = 5;  ///< weighted: velocity, excess density, and the weights of this one
 
+constexpr std::size_t sums_of_face = 4;  ///< mass that comes in, and force
+constexpr std::size_t faces = 6;
+
 /// Sums in lattice units are whole numbers of 2⁻⁷⁰, in which those of 10¹² cells fit.
 constexpr double resolution = 0x1p-70;
 
@@ -25,7 +28,7 @@ fixed_point::Sum whole(double value) {
 }  // namespace
 
 FlowSampler::FlowSampler(const FluidSetup& setup, const Domain& domain, const Box& block, Communicator& communicator)
-    : setup_(setup), block_(block), communicator_(communicator) {
+    : setup_(setup), domain_(domain), block_(block), communicator_(communicator) {
   for (const Probe& probe : setup.flow.probes)
     probes_.push_back(corners_around(LatticeUnits(setup).position_lu(probe.position_m), domain));
 }
@@ -84,12 +87,49 @@ void FlowSampler::add_probe(const std::vector<Corner>& corners, const std::funct
   }
 }
 
-Eigen::VectorXd FlowSampler::operator()(const std::function<FieldBlock(const Box&)>& fields) const {
+void FlowSampler::add_crossing(const Crossing& crossing, fixed_point::Sum* sums) const {
+  const auto lets_through = [this](int axis, bool high) {
+    return domain_.face(axis, high).kind == FaceKind::inflow || domain_.face(axis, high).is_open();
+  };
+  std::array<fixed_point::Sum*, 3> normal_to{};  // by axis: of the face that the component along it is normal to
+  fixed_point::Sum* tangential_to = nullptr;
+  fixed_point::Sum* open = nullptr;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (domain_.box().contains_along(axis, crossing.ghost[axis]) || domain_.periodic(axis)) continue;
+    const bool high = crossing.ghost[axis] >= 0;
+    fixed_point::Sum* const face = sums + sums_of_face * face_index(axis, high);
+    normal_to[static_cast<std::size_t>(axis)] = face;
+    if (domain_.face(axis, high).kind != FaceKind::mirror) tangential_to = face;
+    if (lets_through(axis, high)) open = face;
+  }
+  if (open != nullptr) *open += whole(crossing.entering - crossing.leaving);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int e = d3q19::e[crossing.direction][axis];
+    fixed_point::Sum* const normal = normal_to[static_cast<std::size_t>(axis)];
+    fixed_point::Sum* const face = normal != nullptr ? normal : tangential_to;
+    if (e == 0 || face == nullptr) continue;
+    const double lost = -e * (crossing.leaving + crossing.entering);
+    face[1 + axis] += whole(lost);
+    if (normal != nullptr) continue;
+    const std::int64_t place = std::max(crossing.ghost[axis], crossing.ghost[axis] + e);  // of the link on the face
+    for (const bool high : {false, true}) {
+      if (place != (high ? domain_.cells()[axis] - 1 : 1) || !lets_through(axis, high)) continue;
+      face[1 + axis] += whole(0.5 * lost);
+      sums[sums_of_face * face_index(axis, high) + 1 + static_cast<std::size_t>(axis)] -= whole(0.5 * lost);
+    }
+  }
+}
+
+Eigen::VectorXd FlowSampler::operator()(const std::function<FieldBlock(const Box&)>& fields,
+                                        const std::function<void(const VisitCrossing&)>& crossings) const {
   const std::size_t first = setup_.flow.totals ? totals : 0;
-  std::vector<fixed_point::Sum> sums(first + sums_of_probe * probes_.size());
+  const std::size_t first_of_faces = first + sums_of_probe * probes_.size();
+  std::vector<fixed_point::Sum> sums(first_of_faces + (setup_.flow.faces.empty() ? 0 : sums_of_face * faces));
   if (setup_.flow.totals) add_totals(fields(block_), sums.data());
   for (std::size_t i = 0; i < probes_.size(); ++i)
     add_probe(probes_[i], fields, sums.data() + first + sums_of_probe * i);
+  if (!setup_.flow.faces.empty())
+    crossings([&](const Crossing& crossing) { add_crossing(crossing, sums.data() + first_of_faces); });
 
   std::vector<fixed_point::Halves> halves(sums.size());
   std::ranges::transform(sums, halves.begin(), fixed_point::halves);
@@ -112,10 +152,22 @@ Eigen::VectorXd FlowSampler::operator()(const std::function<FieldBlock(const Box
           setup_.symmetry_planes[axis] ? 0.0 : images * density * volume * speed * sum_of(3 + axis);
   }
   auto value = values.begin() + static_cast<Eigen::Index>(first);
-  for (std::size_t number = first; number < sums.size(); number += sums_of_probe) {
+  for (std::size_t number = first; number < first_of_faces; number += sums_of_probe) {
     for (std::size_t axis = 0; axis < 3; ++axis) *value++ = speed * sum_of(number + axis);
     const double weight = sum_of(number + 4);
     *value++ = weight > 0.0 ? sum_of(number + 3) / weight / LatticeUnits(setup_).excess_density_lu(1.0) : 0.0;
+  }
+  for (const std::int64_t face : setup_.flow.faces) {
+    const auto normal = static_cast<std::size_t>(face / 2);
+    const std::array<bool, 3>& is_plane = setup_.symmetry_planes;
+    const bool is_image = is_plane[normal] && face % 2 == 1;
+    const std::size_t number = first_of_faces + sums_of_face * static_cast<std::size_t>(is_image ? face - 1 : face);
+    const double images = std::pow(2.0, std::ranges::count(is_plane, true) - (is_plane[normal] ? 1 : 0));
+    *value++ = images * volume / setup_.step_s * sum_of(number);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double reflected = axis == normal ? (is_image ? -1.0 : 1.0) : (is_plane[axis] ? 0.0 : 1.0);
+      *value++ = images * reflected * LatticeUnits(setup_).force_N(sum_of(number + 1 + axis));
+    }
   }
   return values;
 }

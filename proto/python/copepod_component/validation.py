@@ -12,7 +12,7 @@ STRING_BYTES = 4096
 # Of lists in a setup; other lists of numbers are vectors of 3.
 _LENGTHS = {"boundaries": (6,), "orientation_wxyz": (4,), "extents_m": (0, 3), "inertia_kg_m2": (0, 6)}
 _LONG_TEXTS = {"text", "parameters"}
-_OF_ANY_LENGTH = {"profile", "quantities", "region_cells", "vertices_m", "triangles"}
+_OF_ANY_LENGTH = {"profile", "quantities", "region_cells", "faces", "vertices_m", "triangles"}
 
 
 def check_version(envelope):

@@ -83,13 +83,16 @@ def _samples(trial):
     """Every other step, of the flow around a body that moves."""
     trial.reach("greeted")
     probe = {"name": "middle", "position_m": [0.5 * CELL_M * cells for cells in DOMAIN_CELLS]}
-    trial.request(trial.case.setup_request(flow={"every_steps": 2, "totals": True, "probes": [probe]}))
+    faces = list(range(6)) if trial.subject.can("flow_samples:faces") else []
+    trial.request(trial.case.setup_request(flow={"every_steps": 2, "totals": True, "probes": [probe], "faces": faces}))
     for step, loads in _replies(trial, *_motion_of("force", np.array([DIRECTION, np.zeros(3)]))):
         found = loads.flow
-        if len(found) != (10 if step % 2 == 0 else 0):
-            raise Violation(f"at step {step} {len(found)} values for totals and a probe in every second step")
+        if len(found) != (10 + 4 * len(faces) if step % 2 == 0 else 0):
+            raise Violation(f"at step {step} {len(found)} values for totals, a probe, and faces in every second step")
     if not min(found[:3]) > 0:
         raise Violation(f"energy, dissipation and enstrophy of {_text(found[:3])} around a body that moves")
+    if faces and np.any(found[10::4]):
+        raise Violation(f"a flow of {_text(found[10::4])} m³/s into walls at rest")
 
 
 def _require_loads(trial, kind):

@@ -1,6 +1,7 @@
 #include "analysis/coefficients.hpp"
 
 #include <cmath>
+#include <fstream>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -104,6 +105,19 @@ TEST(Coefficients, OfARunThatEndsEarlierAreANote) {
   const auto found = report_of(0.3, 5000)[0];
   EXPECT_EQ(found["note"], "the run ended before step 5000");
   EXPECT_FALSE(found.contains("drag"));
+}
+
+TEST(FlowReport, HasTheFiguresOfEachColumnFromAStepOn) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path("flow.csv")) << "step,time_s,pz,wake.vx\n0,0,100,7\n10,0.5,1,-2\n20,1,3,-2e1\n30,1.5,5,1\n";
+  const auto found = flow_report(folder.path("flow.csv"), {"pz", "wake.vx"}, 10);
+  EXPECT_EQ(found[0], (nlohmann::ordered_json{
+                          {"name", "pz"}, {"mean", 3.0}, {"rms", std::sqrt(8.0 / 3.0)}, {"min", 1.0}, {"max", 5.0}}));
+  EXPECT_EQ(found[1]["mean"], -7.0);
+  EXPECT_EQ(found[1]["min"], -20.0);
+  EXPECT_EQ(found[1]["max"], 1.0);
+  EXPECT_EQ(flow_report(folder.path("flow.csv"), {"pz", "wake.vx"}, 31)[1],
+            (nlohmann::ordered_json{{"name", "wake.vx"}, {"note", "the run ended before step 31"}}));
 }
 
 }  // namespace

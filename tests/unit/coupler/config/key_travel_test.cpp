@@ -132,6 +132,7 @@ const Travels fluid_travels{
     {"flow.totals", {"output.flow.totals=false"}},
     {"flow.probes.name", {"output.flow.probes.0.name=lee"}},
     {"flow.probes.position_m", {"output.flow.probes.0.position_m=[1.1e-5, 2.0e-5, 3.0e-5]"}},
+    {"flow.faces", {"output.flow.faces=false"}},
     {"no_slip_plane", {"fluid.no_slip_plane=none"}},
     {"trace_directory", {}},
     {"parameters", {"services.fluid={command: fluid, parameters: {a: 1}}"}},

@@ -150,6 +150,7 @@ TEST(Requirements, NameWhatTheCaseUsesAndNothingElse) {
                                                                                        "fields",
                                                                                        "fields:selection",
                                                                                        "flow_samples",
+                                                                                       "flow_samples:faces",
                                                                                        "initial_flow:uniform",
                                                                                        "moving_boundary:bounce_back",
                                                                                        "obstacle_loads",

@@ -140,6 +140,7 @@ const std::map<std::string, Guard<FluidSetup>> fluid_guards{
     {"flow.totals", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
     {"flow.probes", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
     {"flow.probes.name", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
+    {"flow.faces", {[](FluidSetup& s) { s.flow.every_steps = 10, s.flow.faces = {1}; }, "flow_samples:faces"}},
     {"flow.probes.position_m", {[](FluidSetup& s) { s.flow.every_steps = 10; }, "flow_samples"}},
 };
 

@@ -271,6 +271,17 @@ TEST(HostileInput, FieldOutputOfNoCellsIsRefused) {
   EXPECT_NE(refusal({}, 10).find("fields.compression is 10, more than 9"), std::string::npos);
 }
 
+TEST(HostileInput, SamplesAtAFaceThatNoDomainHasAreRefused) {
+  const auto refusal = [](std::int64_t face) {
+    FluidSetup setup = sample_fluid_setup();
+    setup.flow.faces = {0, face};
+    return refusal_of(setup);
+  };
+  EXPECT_EQ(refusal(5), "taken");
+  EXPECT_NE(refusal(6).find("flow.faces has face 6, a domain has faces 0 to 5"), std::string::npos);
+  EXPECT_NE(refusal(-1).find("flow.faces is -1, less than 0"), std::string::npos);
+}
+
 TEST(HostileInput, CellsBeyondCountingAreRefused) {
   const auto refusal = [](std::array<std::int64_t, 3> cells) {
     FluidSetup setup = sample_fluid_setup();

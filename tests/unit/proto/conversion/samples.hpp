@@ -82,7 +82,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.jointed = {{0, 1}};
   setup.fields = {"/runs/a/fields",    100, 5, 50, 2, {FieldQuantity::pressure, FieldQuantity::velocity},
                   {3, 4, 0, 0, 5, 50}, 1};
-  setup.flow = {7, true, {{"wake", {0.1, 0.2, 0.3}}}};
+  setup.flow = {7, true, {{"wake", {0.1, 0.2, 0.3}}}, {0, 5}};
   setup.parameters = R"({"b": 2})";
   return setup;
 }
