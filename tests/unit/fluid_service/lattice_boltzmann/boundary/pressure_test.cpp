@@ -29,7 +29,9 @@ struct OpenEnds {
   explicit OpenEnds(double wall_velocity) : setup(open_ends(wall_velocity)), pressure(domain, layout) {}
 
   void act() {
-    pressure.apply(populations.data(), Placement::home, [](std::int64_t) { return false; });
+    pressure.for_each_entering(
+        populations.data(), Placement::home, [](std::int64_t) { return false; },
+        [this](std::int64_t place, double value) { populations[static_cast<std::size_t>(place)] = value; });
     MovingWalls(domain, layout).apply(populations.data(), Placement::home);
   }
 
@@ -89,7 +91,9 @@ TEST(PressureFace, DoesNotContinueWhatBodiesCover) {
   const auto entering = [&](bool is_solid) {
     OpenEnds each = ends;
     OpenFaces faces(each.domain, each.layout);
-    faces.apply(each.populations.data(), Placement::home, [is_solid](std::int64_t) { return is_solid; });
+    faces.for_each_entering(
+        each.populations.data(), Placement::home, [is_solid](std::int64_t) { return is_solid; },
+        [&each](std::int64_t place, double value) { each.populations[static_cast<std::size_t>(place)] = value; });
     return each
         .populations[static_cast<std::size_t>(each.layout.entry(each.layout.site(cell), aslant, Placement::home))];
   };

@@ -44,7 +44,9 @@ std::vector<double> after_step(const FluidSetup& setup, std::int64_t step) {
   std::vector<double> populations(static_cast<std::size_t>(layout.values()));
   for (std::size_t i = 0; i < populations.size(); ++i) populations[i] = 1e-3 * std::sin(static_cast<double>(i));
   domain.set_step(step);
-  faces.apply(populations.data(), Placement::home, [](std::int64_t) { return false; });
+  faces.for_each_entering(
+      populations.data(), Placement::home, [](std::int64_t) { return false; },
+      [&](std::int64_t place, double value) { populations[static_cast<std::size_t>(place)] = value; });
   walls.apply(populations.data(), Placement::home);
   return populations;
 }
