@@ -41,9 +41,9 @@ struct NearSurface {
   double radius_m = 0.0;                                        ///< of a sphere or capsule
   Eigen::Matrix3d squares_m2 = Eigen::Matrix3d::Zero().eval();  ///< of an ellipsoid: S, see SmoothSurface
   Eigen::Matrix3d inverse_per_m2 = squares_m2;                  ///< S⁻¹
-  double stretch = 1.0;             ///< true distances are at most so many times those of from()
-  int face = -1;                    ///< of a wall: its place in FluidSetup::boundaries
-  Eigen::Vector3d normal{0, 0, 0};  ///< of a wall: unit vector into the fluid; else towards the body's centre
+  double stretch = 1.0;               ///< true distances are at most so many times those of from()
+  int face = -1;                      ///< of a wall: its place in FluidSetup::boundaries
+  Eigen::Vector3d normal{0, 0, 0};    ///< of a wall: unit vector into the fluid; else towards the body's centre
   double distance_of_centre_m = 0.0;  ///< of the body from the plane with this normal that touches the surface
 
   [[nodiscard]] bool is_body() const { return other >= 0; }                                       ///< else a wall

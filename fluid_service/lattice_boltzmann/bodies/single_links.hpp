@@ -124,8 +124,7 @@ class SingleLinks {
         const double exchanged = link.leaving + stored;
         if (!(std::abs(exchanged) < absurd_population)) throw_diverged(cell);
         ThinFilms::Film film;
-        if (!surfaces.empty())
-          film = films_.film(surfaces, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        if (!surfaces.empty()) film = films_.film(surfaces, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
         const std::int64_t fixed = fixed_point::from_double(film.resolved * exchanged);
         for (std::size_t axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
         if (film.resolved < 1.0) {

@@ -20,8 +20,7 @@ namespace copepod::fluid {
 /// the cell centres happen to lie, so loads leave it out, and the coupler adds what lubrication theory gives.
 class ThinFilms {
  public:
-  explicit ThinFilms(const FluidSetup& setup)
-      : setup_(setup), range_(setup), far_m_((1.0 + 1e-6) * range_.high_m) {}
+  explicit ThinFilms(const FluidSetup& setup) : setup_(setup), range_(setup), far_m_((1.0 + 1e-6) * range_.high_m) {}
 
   /// Looks at some bodies of the setup only.
   /// @param bodies      ascending

@@ -84,8 +84,7 @@ TEST(NearSurfaces, OfAnEllipsoidInAMirrorIsItsImage) {
   surfaces.find(kinematics);
   ASSERT_EQ(surfaces.of_body(0).size(), 1U);
   const Eigen::Vector3d n(0.0, 0.0, 1.0);
-  const Eigen::Vector3d nearest =
-      surfaces.surface_of(0).smooth().support_m(-n) - Eigen::Vector3d(10, 10, 3.96);
+  const Eigen::Vector3d nearest = surfaces.surface_of(0).smooth().support_m(-n) - Eigen::Vector3d(10, 10, 3.96);
   EXPECT_NEAR(surfaces.of_body(0)[0].from(nearest).m, 2.0 * (3.96 + nearest.z()), 0.01);
   EXPECT_GT(std::abs(nearest.x()), 0.5);
 }
@@ -116,9 +115,8 @@ void for_each_point(const NearSurface& surface, const auto& check) {
 }
 
 TEST(NearSurface, IsAsFarFromAPointAsItsNearestPoint) {
-  for (const NearSurface& surface :
-       {turned({ShapeKind::sphere, 2.0, 0.0}), turned({ShapeKind::capsule, 1.0, 4.0}),
-        turned({.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {2, 2, 2}})})
+  for (const NearSurface& surface : {turned({ShapeKind::sphere, 2.0, 0.0}), turned({ShapeKind::capsule, 1.0, 4.0}),
+                                     turned({.kind = ShapeKind::ellipsoid, .radius_m = 2.0, .extents_m = {2, 2, 2}})})
     for_each_point(surface, [&](const Eigen::Vector3d& point_m, const Eigen::Vector3d& n, double distance_m) {
       EXPECT_NEAR(surface.from(point_m).m, distance_m, 1e-12);
       EXPECT_LT((surface.from(point_m).normal - n).norm(), 1e-12);
@@ -145,8 +143,9 @@ TEST(NearSurface, IsNotNearerThanItsPlanesNorFurtherThanItsStretchAllows) {
                                         (surface.core.half_W_m.dot(normal) > 0.0 ? 1.0 : -1.0) * surface.core.half_W_m;
       EXPECT_NEAR(normal.dot(point_m - touched_m), m, 1e-9);
     });
-    const Eigen::Vector3d end_m = surface.smooth().support_m(surface.normal) +
-                                  (surface.core.half_W_m.dot(surface.normal) > 0.0 ? 1.0 : -1.0) * surface.core.half_W_m;
+    const Eigen::Vector3d end_m =
+        surface.smooth().support_m(surface.normal) +
+        (surface.core.half_W_m.dot(surface.normal) > 0.0 ? 1.0 : -1.0) * surface.core.half_W_m;
     EXPECT_NEAR(surface.beyond_plane_m(end_m), 0.0, 1e-12);
     EXPECT_LT((surface.normal + surface.core.centre_W_m.normalized()).norm(), 1e-12);
   }
