@@ -55,8 +55,9 @@ struct NearSurface {
     return distance_of_centre_m + normal.dot(point_m);
   }
 
+  /// From the surface, with the direction in which it is.
   struct Distance {
-    double m = 0.0;
+    double m = 0.0;          ///< in metres
     Eigen::Vector3d normal;  ///< of the surface; the plane with it that touches the surface is so far from the point
   };
   /// From the surface to a point outside, relative to the body's centre. Exact but for ellipsoids, and there where the
