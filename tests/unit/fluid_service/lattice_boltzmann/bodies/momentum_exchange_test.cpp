@@ -208,7 +208,7 @@ TEST(ThinFilms, MayMeetEveryLinkThatEndsInAFilm) {
     setup.bodies.assign(2, shape);
     Kinematics kinematics;
     kinematics.resize(2);
-    kinematics.position_m << 6.5, 12.5, 20.0, 21.0, 20.0, 22.0;
+    kinematics.position_m << 5.5, 10.5, 20.0, 21.0, 20.0, 22.0;
     kinematics.orientation_wxyz << 1, 0.6, 0, -0.5, 0, 0.2, 0, 0.3;
     kinematics.orientation_wxyz.col(1).normalize();
     ThinFilms films(setup);
