@@ -91,6 +91,7 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
 /// Steady forces on fluid and bodies together where no wall, open face, joint or held body takes them up [N].
 Eigen::Vector3d net_force_N(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
+  if (!fluid.obstacles.empty()) return Eigen::Vector3d::Zero();
   double fluid_m3 = fluid.length_m().prod();
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   for (const BodySpecification& body : assembly.bodies) {
