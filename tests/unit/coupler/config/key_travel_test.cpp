@@ -343,6 +343,7 @@ TEST(KeysOfTheCoupler, SurviveTheResolvedCase) {
   EXPECT_EQ(again.content.virtual_mass, loaded.content.virtual_mass);
   EXPECT_EQ(again.content.load_averaging, loaded.content.load_averaging);
   EXPECT_EQ(again.content.output.checkpoint_every_steps, loaded.content.output.checkpoint_every_steps);
+  EXPECT_EQ(again.content.output.flow_from_step, 400);
   EXPECT_EQ(again.content.services.silence_s, loaded.content.services.silence_s);
   const auto &coefficients = loaded.content.output.coefficients[0], &same = again.content.output.coefficients[0];
   EXPECT_EQ(same.of, "ball");
