@@ -313,5 +313,24 @@ TEST(FacesOfASlit, HaveWhatFlowsThroughAndTheDropOfPressure) {
   EXPECT_NEAR(found[5], leaving_N - drop_Pa / 60.0 * 6.0 * 2.0, 0.001 * wall_N);
 }
 
+// Also while it begins to flow and the shear differs from place to place.
+TEST(FacesOfASlit, AreThoseOfTheMirrorImage) {
+  Boundary inflow{.kind = BoundaryKind::velocity, .velocity_m_per_s = {0.001, 0, 0}};
+  FluidSetup setup = slit({no_slip, free_slip}, {inflow, outflow});
+  setup.flow.every_steps = 30;
+  const Eigen::VectorXd found = steady(setup, 31);
+  inflow.velocity_m_per_s *= -1.0;
+  setup.boundaries[0] = outflow;
+  setup.boundaries[1] = inflow;
+  const Eigen::VectorXd image = steady(setup, 31);
+  for (int value = 0; value < 4; ++value) {
+    const double sign = value == 1 ? -1.0 : 1.0;
+    for (const int face : {0, 1, 2, 3})
+      EXPECT_NEAR(image[4 * (face < 2 ? 1 - face : face) + value], sign * found[4 * face + value],
+                  1e-12 * found.cwiseAbs().maxCoeff())
+          << face << ", " << value;
+  }
+}
+
 }  // namespace
 }  // namespace copepod::fluid
