@@ -88,7 +88,7 @@ void check_initial_flow(const FluidCase& fluid, Problems& problems) {
                             "needs one such axis and no other wall that moves). Give one axis velocity_m_per_s.");
 }
 
-/// Steady forces on fluid and bodies together where no wall, open face, joint or held body takes them up [N].
+/// Steady forces on fluid and bodies together where no wall, obstacle, open face, joint or held body takes them up [N].
 Eigen::Vector3d net_force_N(const Case& the_case, const Assembly& assembly) {
   const FluidCase& fluid = the_case.fluid;
   if (!fluid.obstacles.empty()) return Eigen::Vector3d::Zero();
