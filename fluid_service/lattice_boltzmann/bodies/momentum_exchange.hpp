@@ -166,14 +166,15 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
         beside[lane] = Formula::uses_second_cell && (group->directions[lane] & ~group->second_cells[lane]) != 0;
         for (std::size_t a = 0; a < 3; ++a)
-          r(lane, a) = (group->cell[a][lane] + body.first_cell[a]) - body.position[a] - body.image[a];
+          r.data()[surface_lanes * a + lane] =
+              (group->cell[a][lane] + body.first_cell[a]) - body.position[a] - body.image[a];
       }
       for (const NearSurface& surface : surfaces) {
         const Eigen::Vector<double, surface_lanes> along = r * surface.normal;
         const double reach = films_.reach(surface);
         for (std::size_t lane = 0; lane < surface_lanes; ++lane)
-          if (along[lane] < reach && group->directions[lane] != 0 && !beside[lane])
-            beside[lane] = films_.may_meet(surface, r.row(lane), group->directions[lane]);
+          if (along.data()[lane] < reach && group->directions[lane] != 0 && !beside[lane])
+            beside[lane] = films_.may_meet(surface, r.row(static_cast<Eigen::Index>(lane)), group->directions[lane]);
       }
       if (std::ranges::find(beside, true) == beside.end()) continue;
       CellGroup& with = cells.beside.emplace_back(*group);
