@@ -22,7 +22,7 @@ BodyBlock all_bodies(const BodySetup& setup) {
   return blocks.empty() ? BodyBlock{} : blocks.front();
 }
 
-bool all_finite(const Kinematics& state) {
+bool is_finite(const Kinematics& state) {
   return state.position_m.allFinite() && state.orientation_wxyz.allFinite() && state.velocity_m_per_s.allFinite() &&
          state.angular_velocity_rad_per_s.allFinite();
 }
@@ -67,7 +67,7 @@ void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
     world_->drive((1.0 - at_end) * applied.actuation.leftCols(1) + at_end * applied.actuation.rightCols(1));
     const bool usable = loads_.force_N.allFinite() && loads_.torque_N_m.allFinite();
     if (usable) world_->advance(state_, loads_);
-    if (!usable || !all_finite(state_))
+    if (!usable || !is_finite(state_))
       throw SolverError(
           "the motion of a body is not finite (its loads are not, or the step is too long for its springs). Look at "
           "the loads of the last steps, or use a shorter step.",

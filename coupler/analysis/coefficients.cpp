@@ -20,12 +20,6 @@ nlohmann::ordered_json figures(const ArrayXd& values) {
   return {{"mean", mean}, {"rms", rms}};
 }
 
-nlohmann::ordered_json figures_of_oscillation(const ArrayXd& values) {
-  nlohmann::ordered_json found = figures(values);
-  found["half_span"] = half_span(values);
-  return found;
-}
-
 /// The columns of a table of samples, `names` behind step and time, as rows.
 ArrayXXd read_samples(const std::filesystem::path& table, std::size_t names) {
   std::vector<double> numbers;
@@ -76,8 +70,10 @@ void evaluate(ArrayXd times, ArrayXd drag, ArrayXd lift, nlohmann::ordered_json&
                           {"half_span", half_span((at.tail(periods) - at.head(periods)).inverse())},
                           {"periods", periods}};
   }
-  report["drag"] = figures_of_oscillation(drag);
-  report["lift"] = figures_of_oscillation(lift);
+  report["drag"] = figures(drag);
+  report["drag"]["half_span"] = half_span(drag);
+  report["lift"] = figures(lift);
+  report["lift"]["half_span"] = half_span(lift);
 }
 
 }  // namespace

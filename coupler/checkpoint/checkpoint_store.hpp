@@ -10,6 +10,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "contract/exchange.hpp"
 #include "contract/solver.hpp"
@@ -117,4 +118,5 @@ class CheckpointStore {
 
 /// Free bytes of the disk that holds `path`.
 std::uintmax_t free_bytes(const std::filesystem::path& path);
+
 }  // namespace copepod::coupler

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/placement.hpp"
+#include "config/placement/geometry.hpp"
 #include "contract/errors.hpp"
 #include "contract/features.hpp"
 #include "contract/words.hpp"

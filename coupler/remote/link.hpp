@@ -204,4 +204,5 @@ class Link {
   std::int64_t damaged_ = 0;   ///< messages whose checksum did not fit
   std::uint64_t remarks_ = 0;  ///< about strangers
 };
+
 }  // namespace copepod::coupler

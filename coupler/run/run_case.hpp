@@ -10,6 +10,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "analysis/balance.hpp"
 #include "analysis/cycle_observer.hpp"
 #include "checkpoint/checkpoint_store.hpp"
 #include "config/load_case.hpp"
@@ -162,4 +163,5 @@ class CaseRun {
   std::int64_t step_ = -1;
   std::vector<std::string> notices_;
 };
+
 }  // namespace copepod::coupler

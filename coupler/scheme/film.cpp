@@ -14,7 +14,7 @@ namespace {
 using std::numbers::pi;
 
 /// A surface as seen from a point: the sphere, cylinder or plane that is nearest.
-struct Nearest {
+struct NearestPoint {
   Eigen::Vector3d normal;   ///< from the surface to the point
   double distance_m = 0.0;  ///< of the point from the surface
   double curvature_per_m = 0.0;
@@ -35,7 +35,7 @@ struct Nearest {
   }
 };
 
-Nearest nearest(const NearSurface& surface, const Eigen::Vector3d& point_m) {
+NearestPoint nearest_point(const NearSurface& surface, const Eigen::Vector3d& point_m) {
   if (!surface.is_body()) return {surface.normal, surface.from(point_m).m, 0.0};
   const Eigen::Vector3d& half_m = surface.core.half_W_m;
   const Eigen::Vector3d from_centre_m = point_m - surface.core.centre_W_m;
@@ -97,7 +97,7 @@ class FilmFinder {
 
   /// @param outward  away from the rest of a capsule; zero: a whole sphere
   void add_sphere(const Eigen::Vector3d& centre_m, const Eigen::Vector3d& outward) const {
-    const Nearest from = nearest(second_, centre_m);
+    const NearestPoint from = nearest_point(second_, centre_m);
     const double gap_m = from.distance_m - radius_m_;
     const double h0 = std::max(gap_m, limits_.roughness_m);
     if (h0 >= range_.high_m) return;
@@ -153,9 +153,9 @@ class FilmFinder {
     const Eigen::Vector3d axis = first.half_W_m / half_length_m;
     // Narrow where the film is thinnest, in proportion to the distance from there further away.
     double nearest_place_m = 0.0;
-    double smallest_m = nearest(second_, first.centre_W_m).distance_m;
+    double smallest_m = nearest_point(second_, first.centre_W_m).distance_m;
     const auto consider = [&](double place_m) {
-      const double distance_m = nearest(second_, first.centre_W_m + place_m * axis).distance_m;
+      const double distance_m = nearest_point(second_, first.centre_W_m + place_m * axis).distance_m;
       if (distance_m >= smallest_m) return;
       smallest_m = distance_m;
       nearest_place_m = place_m;
@@ -180,7 +180,7 @@ class FilmFinder {
 
   /// Between two cross sections of a cylinder.
   void add_slice(const Eigen::Vector3d& point_m, const Eigen::Vector3d& axis, double length_m) const {
-    const Nearest from = nearest(second_, point_m);
+    const NearestPoint from = nearest_point(second_, point_m);
     const Eigen::Vector3d across = from.normal - from.normal.dot(axis) * axis;
     if (across.norm() < 1e-6) return;  // the surface is beyond the end
     const Eigen::Vector3d normal = across.normalized();

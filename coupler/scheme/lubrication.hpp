@@ -127,4 +127,5 @@ class Lubrication {
   std::vector<Film> films_;
   Loads loads_;
 };
+
 }  // namespace copepod::coupler

@@ -14,10 +14,7 @@ std::vector<LatticeBody> make_bodies(const FluidSetup& setup) {
   std::vector<LatticeBody> bodies;
   for (const Shape& shape : setup.bodies) bodies.emplace_back(shape, setup.cell_size_m);
   auto obstacle = bodies.end() - std::ssize(setup.obstacles);
-  for (const ObstacleSpecification& specification : setup.obstacles) {
-    obstacle->moves = false;
-    (obstacle++)->has_loads = specification.loads;
-  }
+  for (const ObstacleSpecification& specification : setup.obstacles) (obstacle++)->has_loads = specification.loads;
   return bodies;
 }
 

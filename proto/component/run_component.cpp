@@ -67,8 +67,8 @@ EstimateText estimate_text(const Component& component, Setup setup_from_bytes(st
   };
 }
 
-int run(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, const EstimateText& estimate,
-        const BodiesText& bodies, int ranks, SolverContext& context) {
+int run_served(int argc, char** argv, ServedSolver& solver, Capabilities capabilities, const EstimateText& estimate,
+               const BodiesText& bodies, int ranks, SolverContext& context) {
   if (estimate) capabilities.features.insert("estimate");
   const ParsedCommandLine parsed = parse_command_line(argc, argv, solver.role(), capabilities, estimate, bodies);
   if (!parsed.options) return parsed.answer();
@@ -93,7 +93,7 @@ bool starts_service(int argc, char** argv) {
 int run_fluid_component(int argc, char** argv, const FluidComponent& component, int ranks, SolverContext& context) {
   ServedFluid solver(component, context);
   const EstimateText estimate = estimate_text(component, conversion::fluid_setup_from_bytes);
-  return run(argc, argv, solver, component.capabilities, estimate, component.bodies_of, ranks, context);
+  return run_served(argc, argv, solver, component.capabilities, estimate, component.bodies_of, ranks, context);
 }
 
 int run_fluid_component(int argc, char** argv, const FluidComponent& component) {
@@ -105,13 +105,13 @@ int run_body_component(int argc, char** argv, const BodyComponent& component) {
   SolverContext context;
   ServedBody solver(component, context);
   const EstimateText estimate = estimate_text(component, conversion::body_setup_from_bytes);
-  return run(argc, argv, solver, component.capabilities, estimate, component.bodies_of, 1, context);
+  return run_served(argc, argv, solver, component.capabilities, estimate, component.bodies_of, 1, context);
 }
 
 int run_controller_component(int argc, char** argv, const ControllerComponent& component) {
   SolverContext context;
   ServedController controller(component, context);
-  return run(argc, argv, controller, component.capabilities, {}, {}, 1, context);
+  return run_served(argc, argv, controller, component.capabilities, {}, {}, 1, context);
 }
 
 }  // namespace copepod

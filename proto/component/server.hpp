@@ -159,4 +159,5 @@ class Server {
   Timeline::Clock::time_point phase_since_ = Timeline::Clock::now();
   ExitCode exit_code_ = ExitCode::finished;
 };
+
 }  // namespace copepod::component

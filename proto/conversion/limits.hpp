@@ -55,4 +55,5 @@ class DamagedMessage final : public MalformedMessage {
 /// '?'. Protocol Buffers refuse other bytes, and the message of a failing solver must not
 /// be lost for its encoding.
 std::string as_utf8(std::string_view text, std::size_t limit);
+
 }  // namespace copepod::conversion

@@ -2,6 +2,7 @@
 
 The limits are well below the figures in docs/results/performance.md, so that noise does not fail the test, but a lost
 vectorisation, a copy of the ghost layer or a sleep in the exchange path does. The best of a few attempts counts.
+Links of bodies are limited by computing, the fluid by memory: their ratio differs by a factor of two between machines.
 """
 
 import json
@@ -61,7 +62,7 @@ class SpeedRatios(unittest.TestCase):
         self.assert_reaches(ratios, 1.0)
 
     def test_a_thousand_bodies_leave_part_of_the_speed(self):
-        for keys, limit in (({}, 0.25), (PUBLISHED, 0.5)):
+        for keys, limit in (({}, 0.16), (PUBLISHED, 0.28)):
             with self.subTest(keys=keys):
                 self.assert_reaches(lambda: ratio_of((100, 100, 200), 1000, keys, steps=60), limit)
 

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/placement.hpp"
+#include "config/placement/geometry.hpp"
 #include "contract/words.hpp"
 #include "geometry/near_pairs.hpp"
 

@@ -5,7 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/placement.hpp"
+#include "config/placement/geometry.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

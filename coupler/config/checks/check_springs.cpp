@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/placement.hpp"
+#include "config/placement/geometry.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

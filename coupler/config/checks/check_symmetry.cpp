@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/placement.hpp"
+#include "config/placement/geometry.hpp"
 #include "contract/words.hpp"
 
 namespace copepod::coupler {

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "config/checks/checks.hpp"
-#include "config/placement/placement.hpp"
+#include "config/placement/geometry.hpp"
 
 namespace copepod::coupler {
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "config/placement/geometry.hpp"
+
 namespace copepod::coupler {
 
 namespace {

@@ -56,6 +56,9 @@ class BodyMap {
   [[nodiscard]] const Domain& domain() const { return domain_; }
   [[nodiscard]] std::vector<LatticeBody>& bodies() { return bodies_; }
   [[nodiscard]] const std::vector<LatticeBody>& bodies() const { return bodies_; }
+  [[nodiscard]] bool is_obstacle(std::int32_t body) const {
+    return body >= static_cast<std::int32_t>(bodies_.size() - obstacles_.size());
+  }
   /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
   [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[static_cast<std::size_t>(cell)]; }
   [[nodiscard]] const std::vector<ChangedCell>& uncovered() const { return uncovered_; }
@@ -116,9 +119,6 @@ class BodyMap {
   void for_each_image(const Cell& unwrapped, const Visit& visit) const;
   void give_up(const Cell& cell, std::int32_t body);
   void hand_over();
-  [[nodiscard]] bool is_obstacle(std::int32_t body) const {
-    return body >= static_cast<std::int32_t>(bodies_.size() - obstacles_.size());
-  }
   void check_apart(std::int32_t body, std::int32_t other) const;
   void check_inside(const LatticeBody& body, std::size_t index) const;
   void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;

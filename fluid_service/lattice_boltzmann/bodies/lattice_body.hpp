@@ -34,7 +34,6 @@ struct LatticeBody {
   /// Of an obstacle: distance of its images along each axis, 0 if none. It may be longer, so that links enter images
   /// that are not the nearest to its position.
   Eigen::Array3d period = Eigen::Array3d::Zero();
-  bool moves = true;      ///< no obstacle does
   bool has_loads = true;  ///< whether the case asks for those on an obstacle
 
   LatticeBody() = default;

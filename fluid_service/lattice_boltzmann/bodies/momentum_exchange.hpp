@@ -85,9 +85,8 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     for (std::size_t place = 0; place < bodies.size(); ++place) {
       const auto body = static_cast<std::size_t>(bodies[place]);
       const std::size_t count = links.of_body(body).groups.size();
-      const bool moves = map_.bodies()[body].moves;
       exchange(body, place, {group, count}, links.values(), returned[place], loads, kept_back,
-               moves ? distances : links.of_body(body).wall_distances);
+               map_.is_obstacle(bodies[place]) ? links.of_body(body).wall_distances : distances);
       group += count;
     }
   }
@@ -122,7 +121,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
     const ShapeKind kind = map_.bodies()[body].kind;
     const bool has_distances =
         by_lanes && Formula::uses_wall_distance && kind != ShapeKind::sphere && kind != ShapeKind::ellipsoid;
-    const bool moves = map_.bodies()[body].moves;
+    const bool moves = !map_.is_obstacle(static_cast<std::int32_t>(body));
     if (has_distances && !moves && distances.empty()) set_wall_distances(map_.bodies()[body], groups, distances);
     const std::size_t most = has_distances && moves ? most_distances : LaneSums::most_groups;
     for (std::size_t start = 0; start < groups.size(); start += most) {

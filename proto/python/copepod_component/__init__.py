@@ -24,6 +24,19 @@ from .errors import CaseError, ExitCode, SolverError, StorageError
 from .run import Capabilities, run_body_component, run_controller_component, run_fluid_component
 from .solvers import AppliedLoads, Estimate, Kinematics, Observation, SolverContext, Summary
 
-__all__ = ["AppliedLoads", "Capabilities", "CaseError", "Estimate", "ExitCode", "Kinematics", "Observation"]
-__all__ += ["SolverContext", "SolverError", "StorageError", "Summary"]
-__all__ += ["run_body_component", "run_controller_component", "run_fluid_component"]
+__all__ = [
+    "AppliedLoads",
+    "Capabilities",
+    "CaseError",
+    "Estimate",
+    "ExitCode",
+    "Kinematics",
+    "Observation",
+    "SolverContext",
+    "SolverError",
+    "StorageError",
+    "Summary",
+    "run_body_component",
+    "run_controller_component",
+    "run_fluid_component",
+]

@@ -107,6 +107,8 @@ class Conversation:
         endpoint = f"ipc://{self.folder}/coupler.ipc"
         self._lanes = Lanes(subject.context, endpoint)
         connection = ["--endpoint", endpoint, "--session", self.token, "--log-file", str(self._log)]
+        if "--orphan-after" not in options:  # a busy machine may keep pings back for longer than the default
+            connection += ["--orphan-after", "60"]
         command = [*subject.command, *connection, *options]
         self.process = ComponentProcess(command, subject.environment, self.folder, subject.shows_output)
 

@@ -1,10 +1,11 @@
+#include "config/placement/geometry.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
-#include "config/placement/placement.hpp"
 #include "config/sections/sections.hpp"
 
 namespace copepod::coupler {
