@@ -10,7 +10,9 @@ if(COPEPOD_SANITIZER)
     Setups/KeyTravel.EveryFieldIsSetByItsKeyAndSurvivesTheResolvedCase/* BulletWorld.LetsNoCapsulePassThroughAWall
     BodyMap.OfBodiesThatCrossEqualsOneMadeFromScratch BodyMap.SlowSphereTakesAndLosesEveryCellInTime
     Signal.IsIntegratedExactlyForEveryKindPeriodLagRampStartAndStop PrescribedBodies.DoNotDriftInManyPeriods
-    Lubrication.LetsABodySinkAsItsWeightDemandsHoweverThinTheFilm)
+    Lubrication.LetsABodySinkAsItsWeightDemandsHoweverThinTheFilm ResolvedCase.ReadsBackToTheSameCaseBitForBit
+    DoubtfulCases.AreNotThoseOfOurConfigs Store.FindsEveryBitThatFlipsInAnyFile
+    DrivenJoints.ResumeWithTheSameBitsBetweenContacts)
 endif()
 
 # copepod_test(name LABEL unit [THREADS] SOURCES a_test.cpp … LINKS target …): a GoogleTest program, one ctest entry per

@@ -94,7 +94,7 @@ void NearSurfaces::add_images(int body, int other) {
       if (axes == 0 && other == body && number.isZero(0.0)) return;
       surface.core.centre_W_m = place_m;
       const double gap_m = own.is_ellipsoid() || surface.is_ellipsoid()
-                               ? separation(own.smooth(), surface.smooth(), reach_m_).gap_m
+                               ? separation(own.smooth(), surface.smooth(), reach_m_, jointed ? 0.0 : reach_m_).gap_m
                                : segment_distance_m(own.core, surface.core) - own.radius_m - surface.radius_m;
       const bool one_surface = jointed && axes == 0 && gap_m < 1e-3 * setup_.cell_size_m;
       if (gap_m >= reach_m_ || one_surface) return;

@@ -21,7 +21,7 @@ Eigen::Matrix3d SmoothSurface::radii_m(const Eigen::Vector3d& n) const {
   return round_m + (squares_m2 - Sn * Sn.transpose() / (height_m * height_m)) / height_m;
 }
 
-Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m) {
+Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m, double near_m) {
   constexpr int most_steps = 100;
   const Eigen::Vector3d apart_m = first.centre_m - second.centre_m;
   const double tolerance_m = 1e-12 * apart_m.norm();
@@ -34,7 +34,7 @@ Separation separation(const SmoothSurface& first, const SmoothSurface& second, d
   for (int step = 0; step < most_steps && found.gap_m < far_m; ++step) {
     const Eigen::Vector3d& n = found.normal;
     const Eigen::Vector3d across = d - found.gap_m * n;
-    if (across.norm() <= tolerance_m) break;
+    if (across.norm() <= tolerance_m || d.norm() < near_m) break;  // no gap is wider than any two points are apart
     Eigen::Matrix3d slope = first.radii_m(n) + second.radii_m(n);
     slope.diagonal().array() += std::max(found.gap_m, 0.0);
     slope += apart_m.norm() * n * n.transpose();  // regular; `across` has no such part

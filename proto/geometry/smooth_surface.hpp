@@ -27,6 +27,7 @@ struct Separation {
 /// d = x₁ − x₂, it changes by (∂x₁/∂n + ∂x₂/∂n + n·d)⁻¹ d across n.
 /// @param first, second  with centres that are apart
 /// @param far_m          a gap that is not less is not improved: it is that or more
-Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m);
+/// @param near_m         a gap that is certainly less is not improved either: it may be more than what is returned
+Separation separation(const SmoothSurface& first, const SmoothSurface& second, double far_m, double near_m = 0.0);
 
 }  // namespace copepod

@@ -266,6 +266,10 @@ void check_output(const Case& the_case, Problems& problems) {
                     "is 0 (probes and faces would never be sampled). Give a number of steps.");
   if (output.flow.every_steps > 0 && output.flow_from_step > the_case.steps)
     problems.reject("output.flow.from_step", "is after the last step (nothing is left to evaluate). Start earlier.");
+  else if (output.flow.every_steps > 0 &&
+           output.flow_from_step > (the_case.steps - 1) / output.flow.every_steps * output.flow.every_steps)
+    problems.warn("output.flow.from_step",
+                  "is after the last sample (summary.json will have no means). Start earlier, or sample more often.");
   if (stop == 0 && start == 0) return;
   if (stop <= start) {
     problems.reject(path, "stops at " + std::to_string(stop) + " before it starts at " + std::to_string(start) +

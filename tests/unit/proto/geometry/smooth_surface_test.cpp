@@ -48,6 +48,23 @@ TEST(Separation, IsNotImprovedBeyondWhatIsFar) {
   EXPECT_LT(bound_m, exact_m - 0.01);
 }
 
+/// Whether it is less than a reach is the same as by the gap itself.
+TEST(Separation, IsNotImprovedBeyondWhatIsCertainlyNear) {
+  int changed = 0;
+  for (int trial = 0; trial < 300; ++trial) {
+    const SmoothSurface first = turned_ellipsoid({2.0 + 0.01 * trial, 1.0, 0.2}, {1, 2, 0.4}, 0.1 * trial);
+    const SmoothSurface second = turned_ellipsoid({0, 0, 0}, {0.5, 1, 3}, 0.03 * trial);
+    const double exact_m = separation(first, second, far_m).gap_m;
+    for (const double reach_m : {0.25, 1.0}) {
+      const double gap_m = separation(first, second, reach_m, reach_m).gap_m;
+      EXPECT_EQ(gap_m < reach_m, exact_m < reach_m) << trial;
+      EXPECT_LE(gap_m, exact_m + 1e-12) << trial;
+      changed += gap_m < exact_m - 1e-6 && exact_m < reach_m ? 1 : 0;
+    }
+  }
+  EXPECT_GT(changed, 50);
+}
+
 /// No other pair of points on the two surfaces is closer.
 TEST(Separation, IsTheLeastDistanceOfEllipsoidsApart) {
   std::mt19937 generator(7);

@@ -23,6 +23,9 @@ const std::vector<Doubtful> doubtful_cases{
      {"bodies=[{name: top, radius_m: 4.0e-6, mass_kg: 4.0e-13, position_m: [12.0e-6, 12.0e-6, 12.0e-6], motion: "
       "prescribed, velocity_m_per_s: [3, 0, 0], angular_velocity_rad_per_s: [0, 0, 2.0e6]}]"},
      "leaves out the force ρ V Ω × U, here 0.09662 times its drag"},
+    {"flow_statistics_of_no_sample",
+     {"output.flow.every_steps=9000", "output.flow.from_step=9001"},
+     "output.flow.from_step is after the last sample"},
     {"large_relaxation_time", {"fluid.relaxation_time=2.5", "fluid.collision=trt"}, "walls shift noticeably"},
     {"bgk_at_a_large_relaxation_time",
      {"fluid.relaxation_time=2"},
