@@ -6,7 +6,6 @@
 
 import dataclasses
 import hashlib
-import json
 import math
 import pathlib
 import subprocess
@@ -130,14 +129,6 @@ def with_features(capabilities, *features, without=""):
 def announces_an_unknown_feature():
     """Because of a typing error."""
     return run_body_component(Masses, with_features(BODY, "springz"))
-
-
-def never_says_hello():
-    """Prints its capabilities only."""
-    if "--capabilities" in sys.argv:
-        print(json.dumps({"name": "Silent fluid", "version": "1.0", "role": "fluid", "features": []}))
-    else:
-        time.sleep(600)
 
 
 def is_no_component():
