@@ -2,7 +2,7 @@
 
 The limits are well below the figures in docs/results/performance.md, so that noise does not fail the test, but a lost
 vectorisation, a copy of the ghost layer or a sleep in the exchange path does. The best of a few attempts counts.
-Links of bodies are limited by computing, the fluid by memory: their ratio differs by a factor of two between machines.
+Of many bodies they are half of what other machines need: where memory is fast, links take more of a step.
 """
 
 import json
