@@ -4,7 +4,6 @@ import hashlib
 import json
 import os
 import re
-from importlib import metadata
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -21,6 +20,8 @@ def _root() -> Path:
         return _PYTHON.parent
     if PREFIX:
         return PREFIX / "share/copepod"
+    from importlib import metadata  # a fifth of the start of a command, which a checkout does without
+
     record = metadata.distribution("copepod").read_text("direct_url.json") or "{}"  # PEP 610
     return Path(unquote(urlsplit(json.loads(record).get("url", "")).path))
 
@@ -36,6 +37,8 @@ _OF_ENGINES = ("bullet_body_service", "mujoco_body_service")  # only where the l
 def version() -> str:
     """As «2.0.0»; the build has that of a checkout from the same place."""
     if PREFIX:
+        from importlib import metadata
+
         return metadata.version("copepod")
     found = re.search(r"^project\(copepod VERSION ([0-9.]+)", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)
     return found[1] if found else "unknown"
@@ -71,7 +74,8 @@ def build_digest() -> str:
     """First 16 digits of the digest of all programs: the same programs, the same build."""
     digest = hashlib.sha256()
     for name in present_programs():
-        digest.update(program(name).read_bytes())
+        with program(name).open("rb") as file:
+            hashlib.file_digest(file, lambda: digest)
     return digest.hexdigest()[:16]
 
 

@@ -56,10 +56,12 @@ def run(options: Namespace, again: str) -> dict[str, Section]:
 
 
 def _written(experiment: Experiment, fluid: str | None) -> dict[str, Any]:
-    """The experiment as a case file in the folder, and as an item of a campaign."""
+    """The experiment as a case file in the folder, and as an item of a campaign; our own components in one process."""
     case: CaseDict = {"case": experiment.name, **experiment.case}
     if fluid:
         case["fluid"] = {**case["fluid"], "solver": {"command": fluid}}
+    elif "body" not in case:
+        case["services"] = {"transport": "in_process"}
     path = FOLDER / "cases" / f"{experiment.name}.yaml"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(case, indent=1) + "\n")

@@ -13,7 +13,7 @@ PILOTS = {
     "Python": ["/usr/bin/python3", f"{ROOT}/examples/python/triangle_pilot.py"],
     "C++": [f"{PROGRAMS}/triangle_pilot"],
 }
-SHORT = ["run.steps=12000", "controllers.0.every_steps=500", "output.checkpoint.every_steps=1700"]
+SHORT = ["run.steps=8000", "controllers.0.every_steps=500", "output.checkpoint.every_steps=1100"]
 
 FAULTS = {
     "raises": ("raise KeyError('gain')", 70, "the component raised KeyError('gain') in"),
@@ -63,9 +63,9 @@ class Controllers(WholeRunTest):
             out = f"killed {victim} {pilot}"
             words = [word for setting in self.settings(pilot) for word in ("--set", setting)]
             session = self.start("run", CASE, *words, "--out", out)
-            step = rng.randrange(1700, 9000)
+            step = rng.randrange(1100, 5000)
             wait_until(
-                lambda: list((self.folder / out).glob(f"checkpoints/step_*{step // 1700 * 1700}")), f"step {step}"
+                lambda: list((self.folder / out).glob(f"checkpoints/step_*{step // 1100 * 1100}")), f"step {step}"
             )
             session.kill(signal.SIGKILL, victim)
             self.assertEqual(session.end(), 69, "".join(session.stderr))
@@ -75,9 +75,10 @@ class Controllers(WholeRunTest):
     def test_the_triangle_comes_to_its_target(self):
         """Fourteen cycles that are shorter than those of docs/controllers.md, so that each leads less far: 1221 nm away
         at the start, 1239 after six measured strokes, 57 at the end."""
-        out = self.run_of(CASE, *self.settings("C++", "run.steps=84000", "controllers.0.every_steps=1000"))
+        more = ("step_s=3e-9", "run.steps=21000", "controllers.0.every_steps=250", "services.transport=ipc")
+        out = self.run_of(CASE, *self.settings("C++", *more))
         rows = [row.split(",") for row in (out / "trajectory.csv").read_text().splitlines()]
-        first, last = ([[float(row[i]) for i in (3, 5)] for row in rows if row[0] == step] for step in ("0", "84000"))
+        first, last = ([[float(row[i]) for i in (3, 5)] for row in rows if row[0] == step] for step in ("0", "21000"))
         x, z = (sum(b[i] - a[i] for a, b in zip(first, last, strict=True)) / 3 for i in range(2))
         self.assertLess(((x - 1e-6) ** 2 + (z + 0.7e-6) ** 2) ** 0.5, 0.1e-6)
 

@@ -21,11 +21,10 @@ class Memory(unittest.TestCase):
                     self.assertLess(abs(predicted / measured - 1.0), 0.1, f"{predicted} predicted, {measured} measured")
 
     def test_of_every_domain_precision_and_number_of_ranks(self):
-        for cells in DOMAINS:
-            for precision in ("double", "single"):
-                for ranks in (1, 2):
-                    with self.subTest(f"{cells}, {precision}, {ranks}"):
-                        self.assert_predicted(cells, precision, ranks)
+        several = [(DOMAINS[0], "double", 1), (DOMAINS[0], "single", 2), (DOMAINS[1], "double", 2), (DOMAINS[1], "single", 1)]
+        for cells, precision, ranks in [*several, (DOMAINS[2], "single", 2)]:  # and below
+            with self.subTest(f"{cells}, {precision}, {ranks}"):
+                self.assert_predicted(cells, precision, ranks)
 
     def test_of_a_mean_field(self):
         self.assert_predicted(DOMAINS[1], "double", 2, MEAN)
@@ -36,10 +35,9 @@ class Memory(unittest.TestCase):
     def test_of_a_run_in_one_process(self):
         overrides = ["fluid.solver=stokes", "run.steps=200000", "services.transport=in_process"]
         self.assert_predicted(DOMAINS[0], "double", 1, overrides=overrides)
-        for cells in DOMAINS:
-            for ranks in (1, 2):
-                with self.subTest(f"{cells}, {ranks}"):
-                    self.assert_predicted(cells, "double", ranks, overrides=["services.transport=in_process"])
+        for cells, ranks in zip(DOMAINS, (2, 1, 2)):
+            with self.subTest(f"{cells}, {ranks}"):
+                self.assert_predicted(cells, "double", ranks, overrides=["services.transport=in_process"])
 
     def test_of_bodies_by_engines(self):
         for engine in ("bullet", "mujoco"):

@@ -35,7 +35,7 @@ from copepod_run.plan import plan_of  # noqa: E402
 QUICK = ROOT / "configs/quick/three_sphere.yaml"
 VACUUM = ROOT / "configs/quick/vacuum.yaml"
 ROTATOR = ROOT / "configs/examples/triangular_rotator.yaml"
-SHORT = {"run.steps": 8000}
+SHORT = {"run.steps": 8000, "services.transport": "in_process"}
 
 
 def environment(*folders):

@@ -217,7 +217,7 @@ class LightBodies(WholeRunTest):
         output = {"trajectory": {"every_steps": 1, "from_step": 1990}}
         case.update(case="light", run={"steps": 2000}, coupling=coupling, output=output)
         (self.folder / "case.yaml").write_text(json.dumps(case))
-        run = self.run_of(self.folder / "case.yaml", code=code)
+        run = self.run_of(self.folder / "case.yaml", "services.transport=ipc", code=code)  # for bodies of all kinds
         return Trajectory(run).of("sphere")["velocity_m_per_s"]
 
     def last_speed(self, density, bodies="own", code=0, **coupling):
