@@ -5,7 +5,6 @@ import json
 import os
 import re
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
 
 _PYTHON = Path(__file__).resolve().parent.parent  # the folder of this package and its neighbours
 _IS_CHECKOUT = (_PYTHON.parent / "deploy/copepod").exists()
@@ -20,7 +19,8 @@ def _root() -> Path:
         return _PYTHON.parent
     if PREFIX:
         return PREFIX / "share/copepod"
-    from importlib import metadata  # a fifth of the start of a command, which a checkout does without
+    from importlib import metadata  # a checkout starts without what only a package needs
+    from urllib.parse import unquote, urlsplit
 
     record = metadata.distribution("copepod").read_text("direct_url.json") or "{}"  # PEP 610
     return Path(unquote(urlsplit(json.loads(record).get("url", "")).path))

@@ -14,7 +14,6 @@ import socket
 import subprocess
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
@@ -115,8 +114,11 @@ def not_reached(host: str, why: str) -> str:
 
 def problems_of_hosts(plan: Plan) -> list[str]:
     """Errors of the other hosts of a case that cannot be reached; all are tried at once."""
-    names = others(plan)
-    with ThreadPoolExecutor(max_workers=max(len(names), 1)) as pool:
+    if not (names := others(plan)):
+        return []
+    from concurrent.futures import ThreadPoolExecutor  # runs on one host start without it
+
+    with ThreadPoolExecutor(max_workers=len(names)) as pool:
         return [problem for problem in pool.map(_problem_of, names) if problem]
 
 

@@ -1,11 +1,12 @@
 """A few cells of the fault matrix (matrix.py has all), random faults, and what a resumed run must survive."""
 
+import signal
 import unittest
 from concurrent.futures import ThreadPoolExecutor
 
 import matrix
 import random_faults
-from hurt_run import PROMPT_S, hurt, slow_down, undisturbed_digest
+from hurt_run import PROMPT_S, hurt, signals_caught, slow_down, undisturbed_digest
 
 CELLS = (
     ("coupler", "starting", "kill"),
@@ -37,6 +38,11 @@ class FaultMatrix(unittest.TestCase):
     def test_slow_step_that_shows_progress_is_never_taken_for_a_hang(self):
         for victim in ("body", "fluid 0", "fluid 1"):
             self.assertEqual(slow_down(victim, seconds=3.0, deadline_s=1.0), self.digest, victim)
+
+    def test_a_rank_that_crashes_has_no_handler_that_could_wait_for_ever(self):
+        """Open MPI's writes a stack trace, for which it allocates: it waits for a lock that the rank may have held."""
+        crashes = {signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGSEGV}
+        self.assertEqual(signals_caught("fluid 1") & crashes, set())
 
     def test_random_faults_never_change_the_result(self):
         """random_faults.py draws as many as you like."""

@@ -139,6 +139,18 @@ def slow_down(victim, seconds, deadline_s):
             _end_for_sure(run)
 
 
+def signals_caught(victim):
+    """Numbers of the signals that a component handles itself."""
+    with tempfile.TemporaryDirectory(prefix="copepod_faults_") as folder:
+        run = _start(Path(folder).resolve(), victim, "exchanging", "freeze")
+        try:
+            status = Path(f"/proc/{run.pid(victim)}/status").read_text()
+            caught = int(re.search(r"SigCgt:\s*(\w+)", status)[1], 16)
+            return {number for number in range(1, 65) if caught >> (number - 1) & 1}
+        finally:
+            _end_for_sure(run)
+
+
 def go_on(folder, *arguments):
     """Resumes the run, or starts it again where it had no checkpoint yet."""
     run, how = start_again(folder, *arguments)

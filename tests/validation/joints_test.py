@@ -161,7 +161,7 @@ class Joints(WholeRunTest):
         stokes_m_per_s = -2 / 9 * 1000 * 9.81 * 4e-6**2 / 1e-3
         for option in (">", ' density="1" viscosity="1">', '><flag gravity="disable"/>', ' wind="9 0 0" density="9">'):
             (self.folder / "bead.xml").write_text(BEAD % option)
-            row = self.rows_of(self.run_of(case), "bead")[-1]
+            row = self.rows_of(self.run_of(case, "services.transport=ipc"), "bead")[-1]
             self.assertAlmostEqual(float(row["vz_m_per_s"]), stokes_m_per_s, delta=1e-9)
         (self.folder / "bead.xml").write_text(BEAD % ' integrator="RK4">')
         self.assertIn("the model's integrator is RK4", "".join(self.finish("check", case, code=2).stderr))
@@ -169,7 +169,8 @@ class Joints(WholeRunTest):
     def test_a_model_of_mujoco_moves_as_the_same_links_with_our_joints(self):
         places = {}
         for case in ("three_link_swimmer", "three_link_mjcf"):
-            run = self.run_of(f"examples/{case}.yaml", "run.steps=300", "output.trajectory.every_steps=300")
+            settings = ("run.steps=300", "output.trajectory.every_steps=300", "services.transport=ipc")
+            run = self.run_of(f"examples/{case}.yaml", *settings)
             rows = [self.rows_of(run, name) for name in ("front", "body", "rear")]
             places[case] = np.array([[[float(row[f"{axis}_m"]) for axis in "xyz"] for row in each] for each in rows])
         ours, theirs = places["three_link_swimmer"], places["three_link_mjcf"]

@@ -96,7 +96,7 @@ class Overdamped(WholeRunTest):
 
     def speed_of(self, ratio, *settings):
         masses = [f"swimmers.0.beads.{bead}.mass_kg={mass_kg(ratio)}" for bead in range(3)]
-        out = self.run_of(self.case(SWIMMER), "services.transport=in_process", *masses, *settings)
+        out = self.run_of(self.case(SWIMMER), *masses, *settings)
         with open(out / "cycles.csv") as file:
             return float(list(csv.DictReader(file))[-1]["u_along_m_per_s"])
 
@@ -131,7 +131,7 @@ class Overdamped(WholeRunTest):
 
     def test_services_and_a_resumed_run_have_the_same_digest(self):
         case = self.case(SWIMMER)
-        whole, other = self.run_of(case, "services.transport=in_process"), self.run_of(case)
+        whole, other = self.run_of(case), self.run_of(case, "services.transport=ipc")
         self.assertEqual(self.digest_of(whole), self.digest_of(other))
         (other / "summary.json").unlink()
         self.finish("run", case, "--out", other, "--resume")
@@ -146,9 +146,7 @@ class Overdamped(WholeRunTest):
         (out / "summary.json").unlink()
         self.finish("run", case, "--out", out, "--resume", *(word for each in more for word in ("--set", each)))
         self.assertEqual(self.digest_of(out), summary["digest"])
-        never = self.run_of(
-            case, "run={until_periodic: {tolerance: 1e-20, cycles: 3}}", "services.transport=in_process"
-        )
+        never = self.run_of(case, "run={until_periodic: {tolerance: 1e-20, cycles: 3}}")
         summary = json.loads((never / "summary.json").read_text())
         self.assertEqual((summary["steps"], summary["periodic"]), (3 * STEPS, False))
 

@@ -1,4 +1,4 @@
-"""Cases of configs/validation/ with motion and flow that have an exact theory, run by all three services."""
+"""Cases of configs/validation/ with motion and flow that have an exact theory."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""Experiments that need all three services: each with its reference and tolerance."""
+"""Experiments of fluid and bodies together: each with its reference and tolerance."""
 
 import csv
 import json
@@ -28,7 +28,6 @@ class WholeRun(WholeRunTest):
             run = self.run_of(
                 "quick/three_sphere.yaml",
                 "fluid.solver=stokes",
-                "services.transport=in_process",
                 "swimmers.0.stroke.amplitude_N=7e-6",
                 f"swimmers.0.rest_gap_m=[{gap_m}, {gap_m}]",
             )
