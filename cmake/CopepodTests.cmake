@@ -12,7 +12,8 @@ if(COPEPOD_SANITIZER)
     Signal.IsIntegratedExactlyForEveryKindPeriodLagRampStartAndStop PrescribedBodies.DoNotDriftInManyPeriods
     Lubrication.LetsABodySinkAsItsWeightDemandsHoweverThinTheFilm ResolvedCase.ReadsBackToTheSameCaseBitForBit
     DoubtfulCases.AreNotThoseOfOurConfigs Store.FindsEveryBitThatFlipsInAnyFile
-    DrivenJoints.ResumeWithTheSameBitsBetweenContacts)
+    DrivenJoints.ResumeWithTheSameBitsBetweenContacts Placement.EndsWhereNothingMoreHasRoom
+    NearestDistances.AreThoseOfASearchThroughAllPairs SwarmSection.SaysHowManyCouldBePlaced)
 endif()
 
 # copepod_test(name LABEL unit [THREADS] SOURCES a_test.cpp … LINKS target …): a GoogleTest program, one ctest entry per
