@@ -233,7 +233,8 @@ def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_plm": "^slurm",  # ranks run here, also in a job that has other nodes
         "OMPI_MCA_ras": "^slurm",
-        "OMPI_MCA_opal_signal": "",  # a handler that allocates, for its stack trace, may keep a crashed rank for ever
+        # A handler that allocates, for its stack trace, may keep a crashed rank for ever: none but for a signal unused.
+        "OMPI_MCA_opal_signal": "16",
         "OMPI_MCA_odls_base_sigkill_timeout": "0",  # when a rank died, mpirun need not wait to end the others
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):
