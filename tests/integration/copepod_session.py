@@ -197,7 +197,7 @@ class WholeRunTest(CommandTest):
     def run_of(self, case, *settings, code=0):
         """Folder of a run of the case below configs/, or of a file, with other values of some keys: «key=value».
 
-        In one process, where the settings name no transport: the results are the same, and three times as soon.
+        In one process, where the settings name no transport: the results are the same, and sooner.
         """
         out = self.folder / f"run_{len(list(self.folder.glob('run_*')))}"
         if not any(setting.startswith("services.transport") for setting in settings):
