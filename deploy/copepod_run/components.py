@@ -1,5 +1,6 @@
 """The processes of a run: command lines, environment, and what a component announces about itself."""
 
+import difflib
 import functools
 import json
 import os
@@ -215,9 +216,7 @@ def problems_of_components(plan: Plan, roles: Iterable[str] | None = None) -> It
             continue
         for feature, accepted in plan.requires.get(role, {}).items():
             if not set(accepted) & set(features):
-                from difflib import get_close_matches  # runs that start well do so without it
-
-                misspelt = get_close_matches(feature, features, n=1, cutoff=0.8)
+                misspelt = difflib.get_close_matches(feature, features, n=1, cutoff=0.8)
                 yield (
                     f"the case needs «{feature}» ({name} does not announce it"
                     + (f", but «{misspelt[0]}»" if misspelt else "")
@@ -233,8 +232,7 @@ def environment(scratch: Scratch, ranks: int) -> dict[str, str]:
         "OMPI_MCA_osc_sm_backing_directory": str(scratch.shared_memory),
         "OMPI_MCA_plm": "^slurm",  # ranks run here, also in a job that has other nodes
         "OMPI_MCA_ras": "^slurm",
-        # A handler that allocates, for its stack trace, may keep a crashed rank for ever: none but for a signal unused.
-        "OMPI_MCA_opal_signal": "16",
+        "OMPI_MCA_opal_signal": "16",  # one never sent: its handler of crashes allocates, and may wait for ever
         "OMPI_MCA_odls_base_sigkill_timeout": "0",  # when a rank died, mpirun need not wait to end the others
     }
     if ranks + 2 > len(os.sched_getaffinity(0)):

@@ -71,13 +71,13 @@ def case_of(point: Point) -> CaseDict:
     height = 1 + point.gap if at_wall else 0.5 * box[2] - 0.5 * point.gap - 1
     others: dict[str, list[float]] = {"wall": [], "pair": [1.0], "pair of 1:2": [2.0]}
     bodies = []
-    for radius, place, sign in [(1.0, height, 1), *((r, height + 1 + point.gap + r, -1) for r in others[point.kind])]:
+    for radius, z, sign in [(1.0, height, 1), *((r, height + 1 + point.gap + r, -1) for r in others[point.kind])]:
         velocity = [sign * speed * (one == along) for one in "xyz"]
         if point.way == "rolling":
             velocity = [abs(one) for one in velocity]
         motion: CaseDict = {key: velocity, "name": "sphere" if sign > 0 else "other"}
         x, y = (0.5 * cells * R + off for cells, off in zip(box, _PLACES[point.place]))
-        centre = (x, y, place * R)
+        centre = (x, y, z * R)
         bodies.append(sphere(radius * R, centre, "prescribed", **motion))
     planes = [] if axis == "z" or point.place else ["y"]
     boundaries = {"x": "periodic", "y": "free_slip" if planes else "periodic", "z": "no_slip"}
@@ -117,9 +117,5 @@ def section(results: Results[tuple[float, float]]) -> Section:
         row,
         lambda errors: ", ".join(map(text, errors.T)),
     )
-
-    def largest(point: Point, errors: np.ndarray) -> float:
-        return float(max(errors[:, np.array(point.reference) > 0.3].ravel(), key=abs))
-
-    of_values = [(scheme, point, largest(point, errors)) for scheme, point, errors in pairs]
-    return Section({"table": table}, worst(of_values, "resistances [%]", float))
+    large = [(scheme, point, errors[:, np.array(point.reference) > 0.3]) for scheme, point, errors in pairs]
+    return Section({"table": table}, worst(large, "resistances [%]", lambda errors: float(max(errors.flat, key=abs))))

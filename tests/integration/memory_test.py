@@ -21,13 +21,10 @@ class Memory(unittest.TestCase):
                     self.assertLess(abs(predicted / measured - 1.0), 0.1, f"{predicted} predicted, {measured} measured")
 
     def test_of_every_domain_precision_and_number_of_ranks(self):
-        several = [
-            (DOMAINS[0], "double", 1),
-            (DOMAINS[0], "single", 2),
-            (DOMAINS[1], "double", 2),
-            (DOMAINS[1], "single", 1),
-        ]
-        for cells, precision, ranks in [*several, (DOMAINS[2], "single", 2)]:  # and below
+        """The largest in double precision is among checkpoints."""
+        small, middle, large = DOMAINS
+        halves = ((small, "double", 1), (small, "single", 2), (middle, "double", 2), (middle, "single", 1))
+        for cells, precision, ranks in (*halves, (large, "single", 2)):
             with self.subTest(f"{cells}, {precision}, {ranks}"):
                 self.assert_predicted(cells, precision, ranks)
 
