@@ -95,6 +95,7 @@ class ZeroMqDealer final : public Dealer {
     socket_.set(zmq::sockopt::routing_id, name);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
     socket_.set(zmq::sockopt::sndtimeo, 1000);
+    if (endpoint.starts_with("tcp://")) reconnection_ = std::chrono::milliseconds(2 * kReconnectMs);
     try {
       const std::string address = with_numeric_host(endpoint);
       socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
@@ -117,6 +118,8 @@ class ZeroMqDealer final : public Dealer {
     read_monitor();
     return connected_;
   }
+
+  [[nodiscard]] Duration reconnection() const override { return reconnection_; }
 
   bool turned_away() override {
     read_monitor();
@@ -157,6 +160,7 @@ class ZeroMqDealer final : public Dealer {
   zmq::socket_t socket_;
   PatientReceiver receiver_;
   ConnectionMonitor monitor_;
+  Duration reconnection_{0};
   bool connected_ = false;
   bool turned_away_ = false;
   int broken_handshakes_ = 0;

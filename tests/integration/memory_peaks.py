@@ -9,7 +9,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent.parent
@@ -34,11 +33,28 @@ services: {{fluid: {{ranks: {ranks}}}}}
 DOMAINS = ((48, 48, 48), (50, 50, 200), (100, 100, 200))
 CHECKPOINTS = "{checkpoint: {every_steps: 20}}"
 MEAN = "{fields: {mean_over_steps: [0, 10], mean_every_steps: 1}}"
-_CELL_UPDATES = 6e7  # about a second: time to look at the processes
+_CELL_UPDATES = 6e7  # about a second
+_WRITE_PEAK = r"""
+#define _GNU_SOURCE
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+__attribute__((destructor)) static void write_peak(void) {
+    char line[256];
+    long peak = 0;
+    FILE* status = fopen("/proc/self/status", "r");
+    while (status && fgets(line, sizeof line, status))
+        if (sscanf(line, "VmHWM: %ld", &peak) == 1) break;
+    FILE* peaks = fopen(getenv("PEAKS"), "a");
+    if (peaks) fprintf(peaks, "%s %ld\n", program_invocation_short_name, peak);
+    if (peaks) fclose(peaks);
+}
+"""
 _PROGRAMS = {
     "fluid_service": "fluid",
-    "bullet_body_ser": "body",
-    "mujoco_body_ser": "body",
+    "bullet_body_service": "body",
+    "mujoco_body_service": "body",
     "body_service": "body",
     "coupler": "coupler",
     "in_process_run": "coupler",
@@ -75,45 +91,21 @@ def _output_of(*command, given=b""):
 
 
 def _peaks_of_run(programs, folder, arguments):
-    """{component: largest VmHWM of its processes [bytes]}, looked at until the run has ended."""
-    environment = {**os.environ, "COPEPOD_BIN_DIR": str(programs)}
-    run = subprocess.Popen(
-        [ROOT / "deploy/copepod", "run", *arguments],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
+    """{component: largest VmHWM of its processes [bytes]}, as each writes it down when it ends."""
+    library, peaks_file = Path(folder) / "peak.so", Path(folder) / "peaks"
+    compiler = ["cc", "-x", "c", "-shared", "-fPIC", "-o", library, "-"]
+    subprocess.run(compiler, check=True, input=_WRITE_PEAK, text=True)
+    peaks_file.unlink(missing_ok=True)
+    variables = {"COPEPOD_BIN_DIR": str(programs), "LD_PRELOAD": str(library), "PEAKS": str(peaks_file)}
+    run = [ROOT / "deploy/copepod", "run", *arguments]
+    done = subprocess.run(run, cwd=folder, env={**os.environ, **variables}, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(done.stderr)
     peaks = {}
-    while run.poll() is None:
-        for entry in Path("/proc").iterdir():
-            component, peak = _component_and_peak(entry, run.pid) if entry.name.isdigit() else (None, 0)
-            if component:
-                peaks[component] = max(peaks.get(component, 0), peak)
-        time.sleep(0.02)
-    if run.returncode:
-        raise RuntimeError(run.stderr.read().decode())
-    run.stderr.close()
+    for program, peak in (line.split() for line in peaks_file.read_text().splitlines()):
+        if component := _PROGRAMS.get(program):
+            peaks[component] = max(peaks.get(component, 0), 1024 * int(peak))
     return peaks
-
-
-def _component_and_peak(entry, ancestor):
-    """(component, VmHWM) of a process of ours below `ancestor`, or (None, 0)."""
-    try:
-        status = dict(line.split(":", 1) for line in (entry / "status").read_text().splitlines())
-        component = _PROGRAMS.get(status["Name"].strip())
-        if component and _descends(entry.name, str(ancestor)):
-            return component, 1024 * int(status["VmHWM"].split()[0])
-    except (OSError, KeyError, ValueError):
-        pass
-    return None, 0
-
-
-def _descends(pid, ancestor):
-    while pid not in ("0", "1", ancestor):
-        pid = (Path("/proc") / pid / "stat").read_text().rpartition(")")[2].split()[1]
-    return pid == ancestor
 
 
 def main():

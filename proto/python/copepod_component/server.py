@@ -35,7 +35,7 @@ class Server:
             while not self._session.has_ended():
                 self._serve(1.0)
             end = time.monotonic() + FINISH_S  # Finished may be lost, and the coupler ask again
-            while self._session.state == "done" and time.monotonic() < end:
+            while self._session.state == "done" and time.monotonic() < end and not self._monitor.is_over():
                 if self._socket.poll(10):
                     self._handle(self._socket.recv())
             return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED

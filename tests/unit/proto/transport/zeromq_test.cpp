@@ -121,6 +121,7 @@ TEST_P(ZeroMq, RouterNoticesThatAPeerIsGoneAndThatItIsBack) {
 
 TEST_P(ZeroMq, DealerNoticesThatTheCouplerComesAndGoes) {
   const auto dealer = connect_dealer(endpoint(), "a");
+  EXPECT_EQ(dealer->reconnection() > 0s, GetParam() != "ipc") << "what a network carries can break by itself";
   EXPECT_FALSE(dealer->connected());
   Frame frame;
   const auto wait_until = [&](bool connected) {
