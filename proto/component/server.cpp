@@ -20,6 +20,7 @@ constexpr std::chrono::milliseconds kSlice{100};  ///< how soon a waiting compon
 constexpr double kRepeatHello_s = 1.0;
 constexpr std::chrono::milliseconds kFarewell{500};
 constexpr std::chrono::milliseconds kFarewellSlice{10};
+constexpr std::chrono::milliseconds kReconnection{200};  ///< a broken connection is back before that
 
 Phase phase_of(Work work) {
   if (work == Work::make_solver) return Phase::configuring;
@@ -95,16 +96,15 @@ void Server::serve() {
     if (wait_for_message(kRepeatHello_s)) handle(frame_);
 }
 
-/// The last reply may get lost, and the coupler may ask again; it closes the connection after receiving it.
+/// The last reply may get lost, and the coupler may ask again; it closes the connection after receiving it. A
+/// broken connection comes back at once.
 void Server::stay_for_repeated_goodbyes() {
   const auto end = Clock::now() + kFarewell;
   auto last_connected = Clock::now();
-  while (Clock::now() < end) {
+  while (Clock::now() < end && Clock::now() - last_connected < kReconnection) {
     if (dealer_.receive(frame_, kFarewellSlice)) handle(frame_);
-    if (dealer_.connected())
-      last_connected = Clock::now();
-    else if (Clock::now() - last_connected >= dealer_.reconnection())
-      return;
+    if (dealer_.connected()) last_connected = Clock::now();
+    if (dealer_.address_is_gone()) return;
   }
 }
 

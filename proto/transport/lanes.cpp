@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <zmq.hpp>
 
@@ -95,7 +96,7 @@ class ZeroMqDealer final : public Dealer {
     socket_.set(zmq::sockopt::routing_id, name);
     socket_.set(zmq::sockopt::reconnect_ivl, kReconnectMs);
     socket_.set(zmq::sockopt::sndtimeo, 1000);
-    if (endpoint.starts_with("tcp://")) reconnection_ = std::chrono::milliseconds(2 * kReconnectMs);
+    path_ = ipc_path(endpoint);
     try {
       const std::string address = with_numeric_host(endpoint);
       socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
@@ -119,7 +120,7 @@ class ZeroMqDealer final : public Dealer {
     return connected_;
   }
 
-  [[nodiscard]] Duration reconnection() const override { return reconnection_; }
+  bool address_is_gone() override { return !path_.empty() && !std::filesystem::exists(path_); }
 
   bool turned_away() override {
     read_monitor();
@@ -160,7 +161,7 @@ class ZeroMqDealer final : public Dealer {
   zmq::socket_t socket_;
   PatientReceiver receiver_;
   ConnectionMonitor monitor_;
-  Duration reconnection_{0};
+  std::filesystem::path path_;  ///< of an ipc address
   bool connected_ = false;
   bool turned_away_ = false;
   int broken_handshakes_ = 0;
@@ -190,6 +191,7 @@ class ZeroMqRouter final : public Router {
       const std::string address = with_numeric_host(endpoint);
       socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
       socket_.bind(address);
+      path_ = ipc_path(endpoint);
     } catch (const zmq::error_t& error) {
       if (is_storage_errno(error.num()) && error.num() != EIO)  // EIO: a file system without sockets
         throw StorageError("The socket " + endpoint + " cannot be made (" + error.what() +
@@ -198,6 +200,7 @@ class ZeroMqRouter final : public Router {
                     "). Free it or choose another one.");
     }
   }
+  ~ZeroMqRouter() override { ::unlink(path_.c_str()); }  // components see that the run is over
 
   bool receive(Frame& frame, Duration wait) override {
     const bool is_quiet = !receiver_.receive(socket_, peer_, wait);
@@ -258,6 +261,7 @@ class ZeroMqRouter final : public Router {
     return true;
   }
 
+  std::filesystem::path path_;  ///< of an ipc address
   std::optional<LockFile> lock_;
   zmq::context_t context_;
   zmq::socket_t socket_;

@@ -82,8 +82,8 @@ class Dealer {
   /// Whether the coupler is connected now.
   virtual bool connected() = 0;
 
-  /// Within which a connection that broke comes back; zero where none breaks unless the coupler closes it.
-  [[nodiscard]] virtual Duration reconnection() const { return {}; }
+  /// Whether the coupler has given up its address, and with it the run.
+  virtual bool address_is_gone() { return false; }
 
   /// Whether the coupler turns us away at the door: a key is wrong or missing, at our end or at its.
   virtual bool turned_away() { return false; }

@@ -101,8 +101,6 @@ class InMemoryDealer final : public Dealer {
     return state_->peers[name_].connected;
   }
 
-  [[nodiscard]] Duration reconnection() const override { return std::chrono::milliseconds(200); }
-
  private:
   std::shared_ptr<State> state_;
   std::string name_;

@@ -40,34 +40,25 @@ def next_event(monitor):
     return int.from_bytes(monitor.recv_multipart()[0][:2], "little")
 
 
-class ConnectionMonitor:
-    """Observes ZeroMQ's connection with the coupler. Create it before the socket connects."""
+class HandshakeMonitor:
+    """Observes ZeroMQ's handshakes with the coupler. Create it before the socket connects."""
 
     _MOST_BROKEN_HANDSHAKES = 3  # in a row, before the first that succeeds
 
-    def __init__(self, socket, endpoint):
-        self._comes_back = not endpoint.startswith("ipc://")
+    def __init__(self, socket):
         self._broken_handshakes = 0
-        self._is_rejected = self._has_broken = False
-        failures = zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
-        self._monitor = socket.get_monitor_socket(zmq.EVENT_DISCONNECTED | zmq.EVENT_HANDSHAKE_FAILED_AUTH | failures)
+        self._is_rejected = False
+        self._monitor = socket.get_monitor_socket(
+            zmq.EVENT_HANDSHAKE_FAILED_AUTH | zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL
+        )
 
     def is_rejected(self):
         """Whether a key is wrong or missing, here or at the coupler."""
-        self._read()
-        return self._is_rejected or self._broken_handshakes >= self._MOST_BROKEN_HANDSHAKES
-
-    def is_over(self):
-        """Whether the connection was closed and cannot have broken on its way, after which it would come back."""
-        self._read()
-        return self._has_broken and not self._comes_back
-
-    def _read(self):
         while self._monitor.poll(0):
             event = next_event(self._monitor)
-            self._has_broken |= event == zmq.EVENT_DISCONNECTED
             self._is_rejected |= event in (zmq.EVENT_HANDSHAKE_FAILED_AUTH, zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL)
-            self._broken_handshakes += event != zmq.EVENT_DISCONNECTED
+            self._broken_handshakes += 1
+        return self._is_rejected or self._broken_handshakes >= self._MOST_BROKEN_HANDSHAKES
 
 
 def _is_loopback(host):

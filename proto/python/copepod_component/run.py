@@ -14,7 +14,7 @@ import zmq
 
 from .control_lane import ControlLane
 from .errors import CaseError, ComponentError
-from .keys import ConnectionMonitor, read_keys, require_keys_off_this_machine
+from .keys import HandshakeMonitor, read_keys, require_keys_off_this_machine
 from .messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, envelope, handshake, setup, to_frame
 from .server import Server
 from .solvers import ServedBody, ServedController, ServedFluid, SolverContext
@@ -110,7 +110,7 @@ def serve_component(served, capabilities, context, estimate=None, arguments=None
     ControlLane(
         control_lane, options.endpoint, hello(handshake.LANE_CONTROL), context, options.orphan_after, log
     ).start()
-    monitor = ConnectionMonitor(data_lane, options.endpoint)
+    monitor = HandshakeMonitor(data_lane)
     data_lane.connect(options.endpoint)
     server = Server(data_lane, served, name, features, hello(handshake.LANE_DATA), context, monitor, host, log)
     code = int(server.run(options.connect_deadline))

@@ -1,5 +1,6 @@
 """The data lane: sends Hello, then answers requests until the run ends. The transition table defines what is legal."""
 
+import os
 import sys
 import time
 import traceback
@@ -35,7 +36,7 @@ class Server:
             while not self._session.has_ended():
                 self._serve(1.0)
             end = time.monotonic() + FINISH_S  # Finished may be lost, and the coupler ask again
-            while self._session.state == "done" and time.monotonic() < end and not self._monitor.is_over():
+            while self._session.state == "done" and time.monotonic() < end and not self._address_is_gone():
                 if self._socket.poll(10):
                     self._handle(self._socket.recv())
             return self._context.stop_code if self._session.state == "orphaned" else ExitCode.FINISHED
@@ -71,6 +72,11 @@ class Server:
                 )
             self._socket.send(self._hello)
             self._serve(1.0)
+
+    def _address_is_gone(self):
+        """Whether the coupler has given up its address, and with it the run."""
+        endpoint = self._socket.last_endpoint.decode().rstrip("\0")
+        return endpoint.startswith("ipc:///") and not os.path.exists(endpoint.removeprefix("ipc://"))
 
     def _serve(self, seconds):
         """Handles the next message, if one comes in this time."""
