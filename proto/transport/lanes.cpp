@@ -168,8 +168,7 @@ class ZeroMqDealer final : public Dealer {
   zmq::message_t message_;
 };
 
-constexpr int kRouterLingerMs = 1000;  ///< for the last messages of a coupler that ends
-
+constexpr int kRouterLingerMs = 1000;                     ///< for the last messages of a coupler that ends
 constexpr std::uint64_t kMessagesPerAuthentication = 64;  ///< where there is no quiet moment for it
 
 class ZeroMqRouter final : public Router {
@@ -183,10 +182,9 @@ class ZeroMqRouter final : public Router {
     if (keys) use(*keys);
     socket_.set(zmq::sockopt::linger, kRouterLingerMs);
     socket_.set(zmq::sockopt::maxmsgsize, kLargestMessage);
-    socket_.set(zmq::sockopt::router_mandatory,
-                true);                                 // sending to an absent peer is an error, not a silent loss
-    socket_.set(zmq::sockopt::router_handover, true);  // a peer that comes back keeps its name
-    socket_.set(zmq::sockopt::sndtimeo, 0);            // a peer that reads nothing must not hold up the others
+    socket_.set(zmq::sockopt::router_mandatory, true);  // sending to an absent peer is an error, not a silent loss
+    socket_.set(zmq::sockopt::router_handover, true);   // a peer that comes back keeps its name
+    socket_.set(zmq::sockopt::sndtimeo, 0);             // a peer that reads nothing must not hold up the others
     try {
       const std::string address = with_numeric_host(endpoint);
       socket_.set(zmq::sockopt::ipv6, address.starts_with("tcp://["));
@@ -200,7 +198,9 @@ class ZeroMqRouter final : public Router {
                     "). Free it or choose another one.");
     }
   }
-  ~ZeroMqRouter() override { ::unlink(path_.c_str()); }  // components see that the run is over
+  ~ZeroMqRouter() override {  // components see that the run is over
+    if (std::error_code ignored; std::filesystem::is_socket(path_, ignored)) ::unlink(path_.c_str());
+  }
 
   bool receive(Frame& frame, Duration wait) override {
     const bool is_quiet = !receiver_.receive(socket_, peer_, wait);

@@ -162,6 +162,11 @@ TEST(ZeroMqAddress, OfAnIpcSocketNeverReplacesAFileOfOthers) {
     EXPECT_EQ(text, "work of a year") << name;
     unlink(name.c_str());
   }
+  auto router = bind_router("ipc://" + path);
+  unlink(path.c_str());
+  std::ofstream(path) << "work of a year";
+  router.reset();  // which removes its socket
+  EXPECT_EQ(unlink(path.c_str()), 0);
   unlink((path + ".lock").c_str());
 }
 
