@@ -120,7 +120,7 @@ class ZeroMqDealer final : public Dealer {
     return connected_;
   }
 
-  bool address_is_gone() override { return !path_.empty() && !std::filesystem::exists(path_); }
+  bool address_is_gone() override { return !path_.empty() && ::access(path_.c_str(), F_OK) != 0; }
 
   bool turned_away() override {
     read_monitor();
@@ -161,7 +161,7 @@ class ZeroMqDealer final : public Dealer {
   zmq::socket_t socket_;
   PatientReceiver receiver_;
   ConnectionMonitor monitor_;
-  std::filesystem::path path_;  ///< of an ipc address
+  std::string path_;  ///< of an ipc address
   bool connected_ = false;
   bool turned_away_ = false;
   int broken_handshakes_ = 0;
@@ -261,7 +261,7 @@ class ZeroMqRouter final : public Router {
     return true;
   }
 
-  std::filesystem::path path_;  ///< of an ipc address
+  std::string path_;  ///< of an ipc address
   std::optional<LockFile> lock_;
   zmq::context_t context_;
   zmq::socket_t socket_;

@@ -44,6 +44,17 @@ class Placement(unittest.TestCase):
         self.assertEqual(hosts.others(plan("here", "b", ranks=1)), [])  # a solver that has one rank
         self.assertEqual(hosts.others(plan()), [])
 
+    @mock.patch.dict(os.environ)
+    def test_open_mpi_chooses_its_transport_on_several_hosts_only(self):
+        def options(chosen):
+            return components.with_ranks(dataclasses.replace(chosen, commands={}), "fluid", ["solver"])[3:-1]
+
+        os.environ.pop("OMPI_MCA_pml", None)
+        self.assertEqual(options(plan("here", "b")), [])
+        self.assertEqual(options(plan(ranks=2)), ["--oversubscribe", "--mca", "pml", "ob1"])
+        os.environ["OMPI_MCA_pml"] = "ucx"
+        self.assertEqual(options(plan(ranks=2))[-1], "ucx")
+
     def test_hosts_that_cannot_be_reached_are_named_with_the_reason(self):
         for way, words in (
             ("/bin/false", "host b cannot be reached (the command ended with 1). This command must"),

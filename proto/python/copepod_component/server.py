@@ -75,8 +75,8 @@ class Server:
 
     def _address_is_gone(self):
         """Whether the coupler has given up its address, and with it the run."""
-        endpoint = self._socket.last_endpoint.decode().rstrip("\0")
-        return endpoint.startswith("ipc:///") and not os.path.exists(endpoint.removeprefix("ipc://"))
+        transport, _, path = self._socket.last_endpoint.decode().rstrip("\0").partition("://")
+        return transport == "ipc" and not os.path.exists(path)
 
     def _serve(self, seconds):
         """Handles the next message, if one comes in this time."""
