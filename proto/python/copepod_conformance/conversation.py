@@ -24,6 +24,7 @@ _LANE_OF_NUMBER = {handshake.LANE_DATA: DATA, handshake.LANE_CONTROL: CONTROL}
 _PING_EVERY_S = 0.5
 _SLICE_S = 0.05
 _CONTINUES_LATER_S = 1.0  # so that a component looks for pings before the next one comes, on a busy machine too
+_SLOW_BYTES_PER_S = 5e6  # of large messages, where other work keeps a machine busy
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,6 +104,7 @@ class Conversation:
         self.hellos, self.sent = {}, []
         self._inbox: dict = {DATA: [], CONTROL: []}
         self._last_ping = None  # no pings before the Welcome
+        self._travel_s = 0.0  # of the last bytes sent, added to the patience
         self._log = self.folder / "component.log"
         endpoint = f"ipc://{self.folder}/coupler.ipc"
         self._lanes = Lanes(subject.context, endpoint)
@@ -133,6 +135,7 @@ class Conversation:
     def send_bytes(self, data, text, lane=DATA):
         """Sends any bytes; `text` describes them in the report."""
         self.sent.append(text if lane == DATA else f"{text} on the control lane")
+        self._travel_s = len(data) / _SLOW_BYTES_PER_S
         self._lanes.send(lane, with_checksum(data))
 
     def send_damaged(self, message, text):
@@ -225,7 +228,8 @@ class Conversation:
     # -- inside
 
     def _collect_until(self, done, what):
-        deadline = time.monotonic() + self.subject.patience_s
+        patience_s = self.subject.patience_s + self._travel_s
+        deadline = time.monotonic() + patience_s
         while not done():
             if self._collect(_SLICE_S):
                 continue
@@ -236,7 +240,7 @@ class Conversation:
                     return
                 raise Violation(self.describe_end(code, what))
             if time.monotonic() > deadline:
-                raise Silence(f"nothing within {self.subject.patience_s:g} s instead of {what}")
+                raise Silence(f"nothing within {patience_s:.3g} s instead of {what}")
 
     def _collect_rest(self):
         """What a process that has ended sent before: on a busy machine its last messages may take their time."""
