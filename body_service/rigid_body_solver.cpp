@@ -69,7 +69,7 @@ Capabilities rigid_body_capabilities() {
                       "integrator:runge_kutta_4 springs anchors bends joint:ball joint:hinge joint:slider joint:fixed "
                       "joint:distance joint:springs joint:limits actuator:pair_force actuator:body_force "
                       "actuator:body_torque actuator:world_force actuator:world_torque actuator:joint_motion gravity "
-                      "contact contact:friction walls periodic checkpoint snapshots")};
+                      "contact contact:friction walls removal periodic checkpoint snapshots")};
 }
 
 RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
@@ -82,6 +82,7 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       step_s_(setup.step_s),
       actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
       nodes_(body::driving_nodes(setup.integrator)),
+      exits_(setup, equations_.model()),
       near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,
                   setup.periodic_length_m, jointed_pairs(setup.joints)),
       overlap_check_(equations_.model(), near_pairs_, setup.contact),
@@ -116,6 +117,7 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   const double start_s = now_s();
   const double before_s = contact_s_;
   next.resize(state_.bodies());
+  const Eigen::Matrix3Xd before_m = exits_.empty() ? Eigen::Matrix3Xd() : state_.position_m;
   if (contacts_)
     integrate_with_contacts(applied);
   else
@@ -124,10 +126,11 @@ void RigidBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
   const double integrated_s = now_s();
   integration_s_ += integrated_s - start_s - (contact_s_ - before_s);
 
+  if (!exits_.empty()) exits_.remove_bodies(before_m, state_);
   if (!contacts_) overlap_check_.check(state_, step_, team_);
   contact_s_ += now_s() - integrated_s;
   next.step = step_;
-  if (contacts_) kinematics(next);
+  if (contacts_ || !exits_.empty()) kinematics(next);
 }
 
 void RigidBodySolver::integrate(const AppliedLoads& applied, double step_s, Kinematics* next) {

@@ -9,6 +9,7 @@
 #include "contract/capabilities.hpp"
 #include "contract/solver_context.hpp"
 #include "integration/integration.hpp"
+#include "model/exits.hpp"
 #include "model/motion_state.hpp"
 #include "threads/thread_team.hpp"
 
@@ -65,6 +66,7 @@ class RigidBodySolver final : public BodySolver {
   double step_s_;
   Eigen::Index actuators_;
   std::vector<double> nodes_;  ///< samples of the drive, as fractions of a step
+  Exits exits_;
   NearPairs near_pairs_;
   OverlapCheck overlap_check_;
   std::optional<Contacts> contacts_;  ///< none: bodies that meet end the run

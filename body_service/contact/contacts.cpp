@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -90,11 +91,11 @@ Contacts::Contacts(const BodySetup& setup, const BodyModel& model, const Joints&
       joints_(joints),
       near_pairs_(near_pairs),
       friction_(setup.contact.friction),
-      walls_(setup.walls),
       reach_m_(reach_m(setup)),
       rank_(setup.bodies.size()),
       by_rank_(bodies_by_name(model)) {
   check_contact(setup);
+  std::ranges::copy_if(setup.walls, std::back_inserter(walls_), [](const auto& wall) { return !wall.removes_bodies; });
   if (!near_pairs.longer_than_the_box().empty())
     throw CaseError(
         "body '" + model.name(near_pairs.longer_than_the_box().front()) +

@@ -52,19 +52,24 @@ double largest_drive_N(const Assembly& assembly) {
   return largest_N;
 }
 
+WallSpecification plane_of(const FluidCase& fluid, std::size_t face) {
+  const auto axis = static_cast<Eigen::Index>(face / 2);
+  const bool high = face % 2 == 1;
+  WallSpecification plane;
+  plane.normal = (high ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
+  plane.point_m = (high ? fluid.length_m()[axis] : 0.0) * Eigen::Vector3d::Unit(axis);
+  plane.removes_bodies = fluid.boundaries[face].removes_bodies;
+  return plane;
+}
+
 /// The wall at a face, as far as bodies meet one there.
 std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face) {
   const FluidCase& fluid = the_case.fluid;
-  const auto axis = static_cast<Eigen::Index>(face / 2);
-  const bool high = face % 2 == 1;
-  const double length_m = fluid.length_m()[axis];
-  WallSpecification wall;
-  wall.normal = (high ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
-  wall.point_m = (high ? length_m : 0.0) * Eigen::Vector3d::Unit(axis);
+  WallSpecification wall = plane_of(fluid, face);
   wall.friction = the_case.contact->wall_friction.value_or(the_case.contact->friction);
   if (fluid.kind == FluidKind::stokes)
     return fluid.no_slip_plane == static_cast<int>(face) ? std::optional(wall) : std::nullopt;
-  if (length_m == 0.0) return {};
+  if (fluid.length_m()[static_cast<Eigen::Index>(face / 2)] == 0.0) return {};
   const Boundary& boundary = fluid.boundaries[face];
   switch (boundary.kind) {
     case BoundaryKind::no_slip:
@@ -171,6 +176,12 @@ BodySetup make_body_setup(const Case& the_case, const Assembly& assembly) {
   for (const DrivenActuator& driven : assembly.drive) setup.actuators.push_back(driven.actuator);
   setup.contact = contact_specification(the_case, assembly);
   setup.walls = contact_walls(the_case);
+  for (std::size_t face = 0; face < 6; ++face) {
+    if (!fluid.boundaries[face].removes_bodies) continue;
+    setup.walls.push_back(plane_of(fluid, face));
+    // A body that covers cells beside the face has links on one side only, and takes up mass.
+    setup.walls.back().point_m += fluid.cell_size_m * setup.walls.back().normal;
+  }
   take_out(assembly.prescribed, setup);
   return setup;
 }

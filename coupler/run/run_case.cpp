@@ -316,6 +316,12 @@ void CaseRun::finish() {
   if (flow.every_steps > 0 && the_case.output.writes_flow)
     analysis["flow"] = flow_report(directory_.flow(), flow.names(), the_case.output.flow_from_step);
   analysis["balance"] = observers_->balance().report();
+  if (std::ranges::any_of(the_case.fluid.boundaries, &Boundary::removes_bodies)) {
+    analysis["removed_bodies"] = nlohmann::ordered_json::array();
+    for (Eigen::Index body = 0; body < scheme_->kinematics().bodies(); ++body)
+      if (plausibility_->is_removed(scheme_->kinematics().position_m.col(body)))
+        analysis["removed_bodies"].push_back(loaded_.assembly.bodies[static_cast<std::size_t>(body)].name);
+  }
   if (the_case.until_periodic)
     analysis["periodic"] = observers_->cycles().is_periodic(the_case.until_periodic->tolerance);
   if (fluid_summary.momentum_drift) *fluid_summary.momentum_drift += observers_->balance().withheld();

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <string>
 
+#include <spdlog/spdlog.h>
+
 #include "contract/errors.hpp"
 #include "contract/words.hpp"
 #include "geometry/rotation.hpp"
@@ -86,7 +88,10 @@ void VirtualMass::add_to(Loads& loads, const Kinematics& kinematics) {
 
 Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecification>& bodies,
                            double largest_speed_m_per_s)
-    : bodies_(bodies), largest_speed_m_per_s_(largest_speed_m_per_s), length_m_(fluid.length_m()) {
+    : bodies_(bodies),
+      largest_speed_m_per_s_(largest_speed_m_per_s),
+      length_m_(fluid.length_m()),
+      boundaries_(fluid.boundaries) {
   confined_.resize(bodies.size());
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto i = static_cast<Eigen::Index>(axis);
@@ -99,6 +104,15 @@ Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecif
   }
 }
 
+bool Plausibility::is_removed(const Eigen::Vector3d& position_m) const {
+  for (std::size_t face = 0; face < boundaries_.size(); ++face) {
+    const auto axis = static_cast<Eigen::Index>(face / 2);
+    const double beyond_m = face % 2 == 1 ? position_m[axis] - length_m_[axis] : -position_m[axis];
+    if (boundaries_[face].removes_bodies && beyond_m > 0.0) return position_m.allFinite();
+  }
+  return false;
+}
+
 void Plausibility::judge(const Kinematics& before, const Kinematics& after) const {
   if (after.bodies() != static_cast<Eigen::Index>(bodies_.size())) {
     throw PeerFailed({ExitCode::solver_failed, "body", "", 0, before.step,
@@ -109,6 +123,11 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
   // Written so that a comparison with NaN fails.
   for (Eigen::Index column = 0; column < after.bodies(); ++column) {
     const BodySpecification& body = bodies_[static_cast<std::size_t>(column)];
+    if (is_removed(after.position_m.col(column))) {
+      if (!is_removed(before.position_m.col(column)))
+        spdlog::info("body '{}' left through an outflow in step {}", body.name, before.step);
+      continue;
+    }
     const double norm = after.orientation_wxyz.col(column).norm();
     if (!(std::abs(norm - 1.0) <= quaternion_tolerance)) {
       fail(body, before.step,

@@ -94,10 +94,14 @@ class Plausibility {
   /// finite fail
   void judge(const Kinematics& before, const Kinematics& after) const;
 
+  /// Whether a body is where bodies are that left through an outflow: what a component reports of them is not judged.
+  [[nodiscard]] bool is_removed(const Eigen::Vector3d& position_m) const;
+
  private:
   const std::vector<BodySpecification>& bodies_;
   double largest_speed_m_per_s_;
   Eigen::Vector3d length_m_ = Eigen::Vector3d::Zero();  ///< of the domain; 0: unknown
+  std::array<Boundary, 6> boundaries_;
   std::array<bool, 3> periodic_{};
   std::vector<std::array<bool, 3>> confined_;  ///< by body and axis
 };

@@ -9,19 +9,20 @@
 namespace copepod::fluid {
 
 Capabilities capabilities() {
-  return {.name = "Copepod fluid",
-          .version = COPEPOD_VERSION,
-          .features = features_in(
-              "solver:lattice_boltzmann solver:stokes solver:vacuum collision:bgk collision:trt "
-              "collision:central_moments boundary:no_slip boundary:periodic boundary:free_slip boundary:velocity "
-              "boundary:pressure boundary:outflow boundary:signal profile:parabolic profile:table no_slip_plane "
-              "symmetry_planes body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green "
-              "initial_flow:taylor_green_3d initial_flow:file precision:double "
-              "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
-              "shape:compound obstacles obstacle_loads moving_boundary:bounce_back moving_boundary:interpolated "
-              "moving_boundary:central_linear moving_boundary:parabolic refill:equilibrium refill:nonequilibrium "
-              "refill:grad thin_films fields fields:selection flow_samples flow_samples:faces estimate mpi checkpoint "
-              "snapshots")};
+  return {
+      .name = "Copepod fluid",
+      .version = COPEPOD_VERSION,
+      .features = features_in(
+          "solver:lattice_boltzmann solver:stokes solver:vacuum collision:bgk collision:trt "
+          "collision:central_moments boundary:no_slip boundary:periodic boundary:free_slip boundary:velocity "
+          "boundary:pressure boundary:outflow removal boundary:signal profile:parabolic profile:table no_slip_plane "
+          "symmetry_planes body_force initial_flow:uniform initial_flow:shear initial_flow:taylor_green "
+          "initial_flow:taylor_green_3d initial_flow:file precision:double "
+          "precision:single shape:sphere shape:capsule shape:ellipsoid shape:cylinder shape:box shape:mesh "
+          "shape:compound obstacles obstacle_loads moving_boundary:bounce_back moving_boundary:interpolated "
+          "moving_boundary:central_linear moving_boundary:parabolic refill:equilibrium refill:nonequilibrium "
+          "refill:grad thin_films fields fields:selection flow_samples flow_samples:faces estimate mpi checkpoint "
+          "snapshots")};
 }
 
 std::unique_ptr<FluidSolver> make_rank_solver(const FluidSetup& setup, Communicator& communicator) {

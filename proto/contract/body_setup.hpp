@@ -126,12 +126,15 @@ struct ActuatorSpecification {
   std::string control = {};                              ///< name of a control; it acts on no body of its own
 };
 
-/// Plane wall of the domain, which bodies meet in contacts.
+/// Plane wall of the domain, which bodies meet in contacts, or an exit. A body without springs, joints and actuators
+/// whose bounding ball reaches an exit is placed behind it, apart from all others, and rests there from the next step
+/// on; in this one it keeps its velocity.
 struct WallSpecification {
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();           ///< on the plane
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();           ///< unit vector towards the bodies
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();  ///< of its surface, in its plane
   double friction = 0.0;                                       ///< Coulomb coefficient between it and bodies
+  bool removes_bodies = false;                                 ///< an exit
 };
 
 /// Contacts between bodies, and between bodies and walls.
@@ -163,7 +166,7 @@ struct BodySetup {
   std::vector<BendSpecification> bends;          ///< angular springs
   std::vector<JointSpecification> joints;        ///< in the order of ActuatorSpecification::joint
   std::vector<ActuatorSpecification> actuators;  ///< in the order of AppliedLoads::actuation
-  std::vector<WallSpecification> walls;          ///< for contacts
+  std::vector<WallSpecification> walls;          ///< for contacts, and exits
   ContactSpecification contact;                  ///< between bodies, and with `walls`
   ModelSpecification model;                      ///< its spheres and capsules are `bodies`, in its order
   int threads = 1;                               ///< in which the solver may compute; results do not depend on it

@@ -57,6 +57,7 @@ void require_lattice_features(const FluidSetup& setup, std::set<std::string>& re
     if (boundary.parabolic) required.insert("profile:parabolic");
     if (boundary.signal) required.insert("boundary:signal");
     if (!boundary.profile.empty()) required.insert("profile:table");
+    if (boundary.removes_bodies) required.insert("removal");
   }
   if (setup.flow.every_steps > 0) required.insert("flow_samples");
   if (setup.flow.every_steps > 0 && !setup.flow.faces.empty()) required.insert("flow_samples:faces");
@@ -148,6 +149,7 @@ const std::vector<Feature>& known_features() {
       {"contact", physics, "bodies that meet rebound with a given restitution"},
       {"contact:friction", physics, "bodies that meet have Coulomb friction"},
       {"walls", physics, "bodies meet plane walls"},
+      {"removal", physics, "bodies leave through an outflow"},
       {"periodic", physics, "bodies near opposite periodic faces are neighbours"},
       {"integrator:semi_implicit_euler", method, "first order in the step"},
       {"integrator:runge_kutta_4", method, "fourth order in the step"},
@@ -224,7 +226,7 @@ std::set<std::string> required_features(const BodySetup& setup) {
         std::ranges::any_of(setup.walls, [](const auto& wall) { return wall.friction > 0; }))
       required.insert("contact:friction");
   }
-  if (!setup.walls.empty()) required.insert("walls");
+  for (const WallSpecification& wall : setup.walls) required.insert(wall.removes_bodies ? "removal" : "walls");
   for (const double length_m : setup.periodic_length_m)
     if (length_m != 0.0 && !setup.bodies.empty()) required.insert("periodic");
   return required;

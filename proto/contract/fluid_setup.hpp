@@ -40,6 +40,7 @@ struct Boundary {
   bool parabolic = false;  ///< for BoundaryKind::velocity: times 4 s(1 − s) along each axis between walls, 0 ≤ s ≤ 1
   std::optional<Signal> signal = {};  ///< for BoundaryKind::velocity: factor of it, in the middle of each step; none: 1
   std::vector<double> profile = {};   ///< likewise, in each cell of the face, the later axis fastest; none: 1
+  bool removes_bodies = false;        ///< for BoundaryKind::outflow: bodies may be wholly beyond it, where no fluid is
 
   /// @param face  its number in FluidSetup::boundaries
   [[nodiscard]] bool lets_in(std::size_t face) const {

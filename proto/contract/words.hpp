@@ -57,6 +57,7 @@ inline constexpr auto refill_names = words<Refill>("equilibrium", "nonequilibriu
 inline constexpr auto precision_names = words<Precision>("double", "single");
 inline constexpr auto boundary_names =
     words<BoundaryKind>("no_slip", "periodic", "free_slip", "velocity", "pressure", "outflow");
+inline constexpr auto leaving_names = words<bool>("end", "remove");
 inline constexpr auto profile_names = words<bool>("uniform", "parabolic");
 inline constexpr auto signal_names = words<SignalKind>("constant", "sinusoid", "square", "trapezoid", "table");
 inline constexpr auto initial_flow_names =

@@ -53,7 +53,7 @@ void describe(auto& wire, Is<Signal> auto& signal) {
 }
 
 void describe(auto& wire, Is<Boundary> auto& boundary) {
-  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal, profile);
+  COPEPOD_MEMBERS(wire, boundary, kind, velocity_m_per_s, pressure_Pa, parabolic, signal, profile, removes_bodies);
 }
 
 void describe(auto& wire, Is<InitialFlow> auto& flow) {
@@ -115,7 +115,7 @@ void describe(auto& wire, Is<ActuatorSpecification> auto& actuator) {
 }
 
 void describe(auto& wire, Is<WallSpecification> auto& wall) {
-  COPEPOD_MEMBERS(wire, wall, point_m, normal, velocity_m_per_s, friction);
+  COPEPOD_MEMBERS(wire, wall, point_m, normal, velocity_m_per_s, friction, removes_bodies);
 }
 
 void describe(auto& wire, Is<ContactSpecification> auto& contact) {

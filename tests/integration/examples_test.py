@@ -238,5 +238,52 @@ class FlowFromFile(WholeRunTest):
         h5["step_000000000/velocity_m_per_s"] = np.full(shape, b"fast")
 
 
+class BodiesThatLeave(FlowFromFile):
+    """Through an outflow, one after the other; the last one is held by a spring and ends the run."""
+
+    def write_stream(self, **more):
+        along = [0.004, 0, 0]  # 0.04 cells per step
+        boundaries = {
+            "x": {"low": {"velocity_m_per_s": along}, "high": {"outflow": {"bodies": "remove"}}},
+            "y": "free_slip",
+            "z": "periodic",
+        }
+        ball = {"radius_m": 3e-3, "density_kg_per_m3": 1000, "velocity_m_per_s": along}
+        fluid = {**self.FLUID, "relaxation_time": 0.8, "domain_cells": [32, 16, 16], "boundaries": boundaries}
+        fluid["initial_flow"] = {"kind": "uniform", "velocity_m_per_s": along}
+        case = {
+            "case": "leaving",
+            "fluid": fluid,
+            "bodies": [{"name": f"ball_{x}", "position_m": [x * 1e-3, 8e-3, 8e-3], **ball} for x in (8, 16, 26)],
+            "contact": {},
+            "run": {"steps": 400},
+            **more,
+        }
+        (self.folder / "decay.yaml").write_text(json.dumps(case))
+
+    def removed(self, run):
+        return json.loads((run / "summary.json").read_text())["removed_bodies"]
+
+    def test_any_ranks_any_transport_and_a_resumed_run_have_the_same_bits(self):
+        self.write_stream()
+        expected = self.decay(steps=400)
+        self.assertEqual(self.removed(expected), ["ball_16", "ball_26"])
+        self.assertIn("body 'ball_16' left through an outflow", (expected / "logs/coupler.log").read_text())
+        for settings in (("services.fluid.ranks=2", "services.transport=ipc"), ("services.fluid.ranks=4",)):
+            self.assertEqual(self.digest(self.decay(*settings, steps=400)), self.digest(expected))
+        run = self.decay("output.checkpoint.every_steps=50", steps=150)
+        self.assertEqual(self.removed(run), ["ball_26"])
+        settings = ("services.transport=in_process", "services.fluid.ranks=3", "output.checkpoint.every_steps=50")
+        words = [word for setting in settings for word in ("--set", setting)]
+        self.finish("run", self.folder / "decay.yaml", *words, "--out", run, "--resume")
+        self.assertEqual(self.digest(run), self.digest(expected))
+
+    def test_other_bodies_end_the_run_by_name(self):
+        spring = {"bodies": ["ball_16", "ball_26"], "stiffness_N_per_m": 1e-9, "damping_N_s_per_m": 0}
+        self.write_stream(springs=[spring])
+        ended = self.finish("run", self.folder / "decay.yaml", code=70)
+        self.assertIn("body 2 runs into the upper face normal to x", "".join(ended.stderr))
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -197,7 +197,8 @@ class _Draw:
         table = {"factors": [self.uniform(0.5, 1.0) for _ in range(face)]}
         inflow = {"velocity_m_per_s": list(velocity), "profile": self.rng.choice(["uniform", "parabolic", table])}
         self._vary(inflow)
-        return dict(zip(self.rng.choice([("low", "high"), ("high", "low")]), (inflow, "outflow")))
+        outflow = self.rng.choice(["outflow", {"outflow": {"bodies": "remove"}}])
+        return dict(zip(self.rng.choice([("low", "high"), ("high", "low")]), (inflow, outflow)))
 
     def _vary(self, face):
         """In half of the cases in time."""

@@ -51,6 +51,55 @@ TEST(Outflow, SendsBackLessThanAHundredthOfAWaveOfSound) {
   EXPECT_LT(reflected<double>(BoundaryKind::outflow, 1.0 / 600.0, 10.0, 0.05, CollisionKind::central_moments), 0.01);
 }
 
+/// Largest deviation from a uniform stream, after a body that moved with it was removed at an end of the domain.
+template <class T>
+double left_behind(const Shape& shape, int axis, bool down, MovingBoundary surface, Refill refill) {
+  constexpr double speed = 0.05, length = 24.0;
+  Cell cells{16, 16, 16};
+  cells[axis] = 24;
+  FluidSetup setup = lattice_unit_setup(cells, 0.1, BoundaryKind::free_slip);
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  velocity[axis] = down ? -speed : speed;
+  setup.boundaries[face_index(axis, down)] = {BoundaryKind::velocity, velocity};
+  setup.boundaries[face_index(axis, !down)] = {.kind = BoundaryKind::outflow, .removes_bodies = true};
+  setup.initial_flow = {InitialFlowKind::uniform, velocity};
+  setup.moving_boundary = surface;
+  setup.refill = refill;
+  setup.bodies = {shape};
+  Eigen::Vector3d at(8.3, 7.9, 8.1);
+  at[axis] = down ? 9.3 : length - 9.3;
+  FlowCase<T> flow(setup, resting({at}));
+  for (int step = 0; step < 160; ++step) {
+    flow.kinematics().velocity_m_per_s.col(0) = velocity;
+    flow.run(1);
+    if (step < 85) flow.kinematics().position_m.col(0) += velocity;
+    if (step == 85) flow.kinematics().position_m(axis, 0) = down ? -30.0 : length + 30.0;
+  }
+  double largest = 0.0;
+  const FieldBlock fields = flow.solver().fields();
+  for (std::size_t i = 0; i < fields.density_kg_per_m3.size(); ++i) {
+    const Eigen::Map<const Eigen::Vector3d> found(&fields.velocity_m_per_s[3 * i]);
+    largest = std::max({largest, std::abs(fields.density_kg_per_m3[i] - 1.0), (found - velocity).norm()});
+  }
+  return largest;
+}
+
+TEST(Removal, OfABodyThatMovesWithAUniformStreamLeavesItAsItWas) {
+  const Shape ball{ShapeKind::sphere, 4.0, 0.0}, ellipsoid{.kind = ShapeKind::ellipsoid, .extents_m = {4.0, 3.0, 2.0}};
+  const Shape pair{
+      .kind = ShapeKind::compound,
+      .radius_m = 3.0,
+      .parts = {{{ShapeKind::sphere, 2.0, 0.0}, {1.5, 0, 0}}, {{ShapeKind::sphere, 2.0, 0.0}, {-1.5, 0, 0}}}};
+  for (const int axis : {0, 1, 2})
+    for (const bool down : {false, true})
+      EXPECT_LT(left_behind<double>(ball, axis, down, MovingBoundary::parabolic, Refill::nonequilibrium), 1e-14);
+  for (const Shape& shape : {ball, ellipsoid, pair})
+    for (const MovingBoundary surface : {MovingBoundary::bounce_back, MovingBoundary::central_linear})
+      for (const Refill refill : {Refill::equilibrium, Refill::grad})
+        EXPECT_LT(left_behind<double>(shape, 0, false, surface, refill), 1e-14);
+  EXPECT_LT(left_behind<float>(ball, 2, false, MovingBoundary::parabolic, Refill::grad), 1e-6);
+}
+
 /// The steady flow in a slit, along an axis, up or down, between walls normal to the next axis; as it comes in.
 template <class T>
 FieldBlock slit(int axis, bool down) {

@@ -27,7 +27,8 @@ struct Plane {
     Eigen::Vector3d reflected = other.velocity_m_per_s;
     reflected[axis] *= -1.0;
     return one.kind == other.kind && one.pressure_Pa == other.pressure_Pa && one.velocity_m_per_s == reflected &&
-           one.parabolic == other.parabolic && one.signal == other.signal && one.profile == other.profile;
+           one.parabolic == other.parabolic && one.signal == other.signal && one.profile == other.profile &&
+           one.removes_bodies == other.removes_bodies;
   }
 
   /// A body either lies on the plane or stays in the half that is computed: it then has a mirror image of its own.

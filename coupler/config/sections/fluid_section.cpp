@@ -49,17 +49,24 @@ void declare_condition(Keys& keys, Boundary& boundary, double step_s) {
   if (keys.when(boundary.kind == BoundaryKind::pressure))
     keys.number(keys.needed("pressure_Pa"), boundary.pressure_Pa, Range::any,
                 "Pressure, relative to the fluid at rest.");
-  if (keys.has("outflow")) keys.section("outflow", "", [](Keys&) {});
-  keys.describe("outflow", {{"type", "object"}, {"maxProperties", 0}},
-                "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
-                "to that at rest.");
+  if (keys.when(boundary.kind == BoundaryKind::outflow))
+    keys.section(
+        "outflow",
+        "Where fluid and sound leave: {}, or the word outflow for the face. The pressure of the whole is drawn "
+        "to that at rest.",
+        [&](Keys& below) {
+          below.choice("bodies", boundary.removes_bodies, leaving_names,
+                       "end: the run ends, by name, when a body reaches the face; remove: bodies without "
+                       "springs, joints and actuators leave the run one cell before it, and summary.json names them.");
+        });
 }
 
 /// One face: a word, or a section with its condition.
 void declare_face(Keys& keys, const char* key, Boundary& boundary, double step_s) {
   const Value* value = keys.raw(key);
   const auto has_value = [&] {
-    return boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure;
+    return boundary.kind == BoundaryKind::velocity || boundary.kind == BoundaryKind::pressure ||
+           boundary.removes_bodies;
   };
   if (keys.reads() ? value == nullptr || value->kind == Value::Kind::scalar : !has_value()) {
     keys.choice(key, boundary.kind, boundary_names, "");

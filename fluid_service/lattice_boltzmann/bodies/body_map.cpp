@@ -61,13 +61,14 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
     const bool mapped = before.width > 0;
     const bool turned = !body.is_turned_as(before.state);
     if (mapped && before.state.position == body.position && !turned) continue;
-    if (!is_obstacle(index)) {
+    const bool removed = !is_obstacle(index) && is_removed(body);
+    if (!is_obstacle(index) && !removed) {
       check_inside(body, b);
       if (has_started_) check_clear_of_faces(body, b);
     }
     if (mapped && before.free_way.contains(body.position - before.state.position) && !turned) continue;
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
-    Footprint after = footprint(body);
+    Footprint after = removed ? before.without_cells(body) : footprint(body);
     compare(before, after, index);
     before = std::move(after);
     if (!has_started_) hand_over();  // at once, since nothing was given up: a list of all cells would take memory
@@ -75,6 +76,15 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
   hand_over();
   has_started_ = true;
   return !changed_.empty();
+}
+
+/// The same rows without cells.
+BodyMap::Footprint BodyMap::Footprint::without_cells(const LatticeBody& body) const {
+  Footprint result = *this;
+  result.state = body;
+  result.free_way = {};
+  result.rows.assign(rows.size(), {});
+  return result;
 }
 
 BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) {
@@ -276,6 +286,18 @@ void BodyMap::check_apart(std::int32_t body, std::int32_t other) const {
 
 void BodyMap::accept_fresh_cells() {
   for (const ChangedCell& u : uncovered_) owner_[static_cast<std::size_t>(layout_.cell(u.cell()))] = fluid;
+}
+
+bool BodyMap::is_removed(const LatticeBody& body) const {
+  const Eigen::AlignedBox3d box = body.bounds().translated(body.position);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool high : {false, true}) {
+      // Behind the plane that cuts a domain its other face is as this one.
+      if (!domain_.face(axis, high && !domain_.symmetric(axis)).removes_bodies) continue;
+      const double length = static_cast<double>(domain_.cells()[axis]) * (domain_.symmetric(axis) ? 2.0 : 1.0);
+      if (high ? box.min()[axis] >= length : box.max()[axis] <= 0.0) return true;
+    }
+  return false;
 }
 
 void BodyMap::check_inside(const LatticeBody& body, std::size_t index) const {

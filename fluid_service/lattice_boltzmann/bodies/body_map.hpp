@@ -47,6 +47,7 @@ class BodyMap {
   /// Maps bodies at their present positions; call after changing `bodies()`.
   /// @param bodies  ascending: all that cover cells of the block or its ghosts, or did in the last update
   /// @return whether any cell of the block or its ghosts changed hands
+  /// Bodies wholly beyond an outflow that removes them cover no cells.
   /// @throws SolverError if a centre left the domain through a face that is not periodic, a moving body runs into one,
   /// or a body meets an obstacle: has a cell in common with it. Bodies at rest may intersect a wall from the start.
   bool update(std::span<const std::int32_t> bodies);
@@ -106,6 +107,7 @@ class BodyMap {
       return row(static_cast<std::size_t>(i * width + j));
     }
     void set_rows(const std::vector<RowCrossing>& crossings);
+    [[nodiscard]] Footprint without_cells(const LatticeBody& body) const;
   };
 
   [[nodiscard]] static Footprint footprint(const LatticeBody& body);
@@ -120,6 +122,8 @@ class BodyMap {
   void give_up(const Cell& cell, std::int32_t body);
   void hand_over();
   void check_apart(std::int32_t body, std::int32_t other) const;
+  /// Whether it is wholly beyond a face that removes bodies.
+  [[nodiscard]] bool is_removed(const LatticeBody& body) const;
   void check_inside(const LatticeBody& body, std::size_t index) const;
   void check_clear_of_faces(const LatticeBody& body, std::size_t index) const;
   /// How far the body's surface is beyond a face.

@@ -15,6 +15,7 @@ Face make_face(const FluidSetup& setup, std::size_t number, const LatticeUnits& 
   if (boundary.kind == BoundaryKind::velocity) face.velocity_lu = units.velocity_lu(boundary.velocity_m_per_s);
   if (boundary.lets_in(number)) face.kind = FaceKind::inflow;
   face.is_parabolic = boundary.parabolic;
+  face.removes_bodies = boundary.removes_bodies;
   face.profile = boundary.profile;
   const std::int64_t cells = setup.domain_cells[(number / 2 + 1) % 3] * setup.domain_cells[(number / 2 + 2) % 3];
   if (!face.profile.empty() && std::ssize(face.profile) != cells)

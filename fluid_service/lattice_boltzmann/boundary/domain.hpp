@@ -70,6 +70,7 @@ struct Face {
   Eigen::Vector3d velocity_lu = Eigen::Vector3d::Zero();
   double excess_density_lu = 0.0;
   bool is_parabolic = false;
+  bool removes_bodies = false;
   std::vector<double> profile = {};  ///< factors of the cells of the whole domain, the later axis fastest; none: 1
   std::optional<Signal> signal = {};
   double factor = 1.0;  ///< of the velocity in the step; before the first one a signal's differs from face to face, so

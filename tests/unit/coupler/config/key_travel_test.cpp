@@ -42,6 +42,9 @@ std::string inflow_with(const std::string& signal) {
   return "fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], signal: " + signal + "}, high: outflow}";
 }
 
+const char* const removal =
+    "fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1]}, high: {outflow: {bodies: remove}}}";
+
 std::string ones(int count) {
   std::string list = "1";
   for (int i = 1; i < count; ++i) list += ", 1";
@@ -63,6 +66,7 @@ const Travels fluid_travels{
     {"boundaries.profile",
      {"fluid.boundaries.z={low: {velocity_m_per_s: [0, 0, 0.1], profile: {factors: [" + ones(48 * 50) +
       "]}}, high: outflow}"}},
+    {"boundaries.removes_bodies", {removal}},
     {"boundaries.signal.kind", {inflow_with("{kind: constant}")}},
     {"boundaries.signal.amplitude", {inflow_with("{kind: constant, amplitude: 0.7}")}},
     {"boundaries.signal.period_steps", {inflow_with("{kind: sinusoid, period_steps: 90}")}},
@@ -211,6 +215,7 @@ const Travels body_travels{
     {"walls.point_m", {"fluid.domain_cells=[50, 50, 96]"}},
     {"walls.normal", {"fluid.boundaries.x=periodic"}},
     {"walls.velocity_m_per_s", {"fluid.boundaries.y={velocity_m_per_s: [0, 0, 0.4]}"}},
+    {"walls.removes_bodies", {removal}},
     {"walls.friction", {"contact.wall_friction=0.4"}},
     {"contact.stiffness_N_per_m", {"contact.stiffness_N_per_m=0.25"}},
     {"contact.restitution", {"contact.restitution=0.7"}},

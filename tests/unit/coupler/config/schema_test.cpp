@@ -61,6 +61,9 @@ const std::vector<std::vector<std::string>> forms{
      "signal: "
      "{}}}, y: {low: {velocity_m_per_s: [0, 1, 0], signal: {}}, high: {velocity_m_per_s: [0, 1, 0], signal: {}}}, z: "
      "{low: {velocity_m_per_s: [0, 0, 1], signal: {}}, high: {velocity_m_per_s: [0, 0, 1], signal: {}}}}"},
+    {"fluid.boundaries={x: {outflow: {}}, y: {outflow: {}}, z: {outflow: {}}}"},
+    {"fluid.boundaries={x: {low: {outflow: {}}, high: {outflow: {}}}, y: {low: {outflow: {}}, high: {outflow: {}}}, z: "
+     "{low: {outflow: {}}, high: {outflow: {}}}}"},
     {"fluid.initial_flow={kind: taylor_green}", "output.bodies={}"},
     {"fluid.boundaries={x: {velocity_m_per_s: [1, 0, 0], profile: {factors: [1]}}, y: {velocity_m_per_s: [0, 1, 0], "
      "profile: {factors: [1]}}, "

@@ -82,6 +82,17 @@ TEST_F(PlausibilityTest, EndsWhereABodyLeavesTheDomain) {
   EXPECT_NE(report().reason.find("y = 41 µm"), std::string::npos) << report().reason;
 }
 
+TEST_F(PlausibilityTest, DoesNotJudgeBodiesBehindAFaceThatRemovesThem) {
+  after.position_m.col(1).x() = 300e-6;
+  EXPECT_EQ(report().code, ExitCode::solver_failed);
+  fluid.boundaries[1] = {.kind = BoundaryKind::outflow, .removes_bodies = true};
+  EXPECT_NO_THROW(judge());
+  after.position_m.col(1).x() = -1e-6;  // the other face
+  EXPECT_EQ(report().code, ExitCode::solver_failed);
+  after.position_m.col(1) = Eigen::Vector3d(300e-6, std::numeric_limits<double>::quiet_NaN(), 0.0);
+  EXPECT_EQ(report().code, ExitCode::solver_failed);
+}
+
 TEST_F(PlausibilityTest, LetsBodiesCrossPeriodicFacesFoldedBackOrNot) {
   before.position_m(2, 0) = 79e-6;
   after.position_m(2, 0) = 81e-6;

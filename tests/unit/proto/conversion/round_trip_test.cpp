@@ -128,6 +128,7 @@ TEST_F(RoundTrip, KeepsTheFluidSetup) {
     EXPECT_EQ(received.boundaries[face].velocity_m_per_s, sent.boundaries[face].velocity_m_per_s);
     EXPECT_EQ(received.boundaries[face].pressure_Pa, sent.boundaries[face].pressure_Pa);
     EXPECT_EQ(received.boundaries[face].profile, sent.boundaries[face].profile);
+    EXPECT_EQ(received.boundaries[face].removes_bodies, sent.boundaries[face].removes_bodies);
   }
   EXPECT_EQ(received.no_slip_plane, sent.no_slip_plane);
   EXPECT_EQ(received.symmetry_planes, sent.symmetry_planes);
@@ -190,6 +191,7 @@ TEST_F(RoundTrip, KeepsTheBodySetup) {
   EXPECT_EQ(received.walls[0].normal, sent.walls[0].normal);
   EXPECT_EQ(received.walls[0].velocity_m_per_s, sent.walls[0].velocity_m_per_s);
   EXPECT_EQ(received.walls[0].friction, 0.25);
+  EXPECT_TRUE(received.walls[0].removes_bodies);
   EXPECT_EQ(received.contact.stiffness_N_per_m, sent.contact.stiffness_N_per_m);
   EXPECT_EQ(received.contact.restitution, 0.9);
   EXPECT_EQ(received.contact.friction, 0.3);

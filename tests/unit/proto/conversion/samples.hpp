@@ -68,6 +68,7 @@ inline FluidSetup sample_fluid_setup() {
   setup.boundaries[2] = {BoundaryKind::velocity, {1e-3, -2e-3, 1.0 / 3}, 0, true};
   setup.boundaries[2].signal = {SignalKind::table, 0.7, 90, 1.5, 0.0, 11, 3, 999, {{0.0, 1.0 / 3}, {40.5, -1.0}}};
   setup.boundaries[2].profile = {0.5, -1.0 / 3};
+  setup.boundaries[2].removes_bodies = true;
   setup.boundaries[3] = {BoundaryKind::pressure, {0, 0, 0}, -12.5};
   setup.boundaries[4].kind = BoundaryKind::free_slip;
   setup.no_slip_plane = 5;
@@ -125,7 +126,7 @@ inline BodySetup sample_body_setup() {
                      {ActuatorKind::world_torque, 1, -1, {0, 0.6, 0.8}},
                      {ActuatorKind::joint_motion, 1, -1, {0, 0, 1}, {0, 0, 0}, {0, 0, 0}, 1, {}},
                      {ActuatorKind::control, 0, -1, {0, 0, 1}, {0, 0, 0}, {0, 0, 0}, -1, "motor"}};
-  setup.walls = {{{0, 0, 1.0 / 3}, {0, 0.6, 0.8}, {1, -2, 3}, 0.25}};
+  setup.walls = {{{0, 0, 1.0 / 3}, {0, 0.6, 0.8}, {1, -2, 3}, 0.25, true}};
   setup.contact = {1.0 / 7, 0.9, 0.3};
   setup.model = {"<mujoco/>", 1e-6, 1e-15, 1.0 / 3};
   setup.parameters = R"({"a": 1})";
