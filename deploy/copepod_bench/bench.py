@@ -127,8 +127,7 @@ def _table(results: Mapping[str, Sequence[Figures]]) -> str:
     """The measurements as tables in Markdown."""
     tables = jinja2.Template(_TABLES.read_text(), trim_blocks=True, lstrip_blocks=True)
     busy = max(row["others"] for row in results["coupled"])
-    busy_percent = f"{100 * busy:.0f}" if busy > _BUSY else ""
-    return tables.render(**results, keys=_KEYS, busy=busy_percent).rstrip()
+    return tables.render(**results, keys=_KEYS, busy=f"{100 * busy:.0f}" if busy > _BUSY else "").rstrip()
 
 
 def measure_fluid(
@@ -146,8 +145,7 @@ def measure_fluid(
     """
     command = [mpirun(), "-n", str(ranks), "--oversubscribe", str(program("fluid_benchmark"))]
     command += ["--domain", *map(str, domain), "--samples", str(samples), "--steps", str(steps)]
-    command += ["--collision", collision]
-    command += ["--single"] if precision == "single" else []
+    command += ["--collision", collision, *(["--single"] if precision == "single" else [])]
     environment = {"OMPI_MCA_hwloc_base_binding_policy": "none", **environment_to_ask()}
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     if done.returncode != 0:
@@ -197,16 +195,15 @@ def measure_coupled(setup: Setup, ranks: int, steps: int, samples: int = 3) -> F
         steps_s = summary["wall_s"] - summary["phases_s"]["fluid"]["summary"]
         coupled = 1e-6 * math.prod(computed) * steps / steps_s
         others, total = (after - start for after, start in zip(_processor_times(), before))
-        rows.append(
-            {
-                "coupled_mlups": coupled,
-                "fluid_mlups": alone["median_fluid_mlups"],
-                "ratio": coupled / alone["median_fluid_mlups"],
-                "others": others / total,
-                "coupling_overhead": summary["timing"]["coupling_overhead"],
-                "phases_s": summary["phases_s"],
-            }
-        )
+        row = {
+            "coupled_mlups": coupled,
+            "fluid_mlups": alone["median_fluid_mlups"],
+            "ratio": coupled / alone["median_fluid_mlups"],
+            "others": others / total,
+            "coupling_overhead": summary["timing"]["coupling_overhead"],
+            "phases_s": summary["phases_s"],
+        }
+        rows.append(row)
     names = ("coupled_mlups", "fluid_mlups", "ratio", "coupling_overhead")
     return {
         **asdict(setup),
@@ -279,8 +276,7 @@ def _run(case: Figures) -> Figures:
     with tempfile.TemporaryDirectory(prefix="copepod-bench-") as folder:
         file, out = Path(folder, "case.yaml"), Path(folder, "run")
         file.write_text(json.dumps(case))
-        command = [str(COMMAND), "run", str(file), "--out", str(out)]
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run([str(COMMAND), "run", str(file), "--out", str(out)], capture_output=True, text=True)
         if done.returncode != 0:
             raise Stop(done.returncode, f"a benchmark run failed ({done.stderr.strip()[-500:]}).")
         return dict(json.loads((out / "summary.json").read_text()))

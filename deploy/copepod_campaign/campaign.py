@@ -20,7 +20,6 @@ from copepod_run.run_directory import RunDirectory, folder_name, make_folder
 from copepod_run.watch import SignalRecorder
 from copepod_run.messages import report, say
 
-
 _NAMED = 10  # cases in a message
 _NOT_FOR_SWEEPS = {
     **dict.fromkeys(("ranks", "fluid", "body"), ". Use --set services.… instead."),
@@ -99,8 +98,7 @@ def run_items(
             f"{len(failed)} of {len(entries)} cases failed{not_started} ({names}; the reasons are above and in "
             f"{shown}/logs). Fix them and continue: {command}",
         )
-    others = [entry.name for entry in entries if entry.of_another_build]
-    if others:
+    if others := [entry.name for entry in entries if entry.of_another_build]:
         say(
             f"{len(others)} results are of another build ({', '.join(others)}). "
             "To run them again with this build: --rerun-other-builds"

@@ -43,11 +43,9 @@ class Problems(dict[str, list[str]]):
 
     def lines(self) -> list[str]:
         """«NAME: problem», «NAME and 3 others: problem»."""
-        return [f"{names[0]}{_others(len(names) - 1)}: {text}" for text, names in self.items()]
-
-
-def _others(count: int) -> str:
-    return f" and {count} other{'s' if count > 1 else ''}" if count else ""
+        found = ((names[0], len(names) - 1, text) for text, names in self.items())
+        others = {0: "", 1: " and 1 other"}
+        return [f"{first}{others.get(more, f' and {more} others')}: {text}" for first, more, text in found]
 
 
 def members_of(items: Sequence[Mapping[str, Any]], trusted: bool = True) -> list[Member]:
@@ -69,8 +67,7 @@ def members_of(items: Sequence[Mapping[str, Any]], trusted: bool = True) -> list
 
 
 def _members_of(item: Mapping[str, Any], trusted: bool, problems: Problems) -> list[Member]:
-    whole = _plan_of(item["name"], item["file"], item["set"], trusted, problems)
-    if whole is None:
+    if not (whole := _plan_of(item["name"], item["file"], item["set"], trusted, problems)):
         return []
     if not whole.sweep:
         return [Member(item["name"], item["name"], item["file"], tuple(item["set"]), {}, {}, whole)]
@@ -82,8 +79,7 @@ def _members_of(item: Mapping[str, Any], trusted: bool, problems: Problems) -> l
         parameters = dict(zip(keys, swept["values"]))
         name = "_".join([item["name"], *(f"{labels[key]}={value_text(parameters[key])}" for key in keys)])
         settings = (*item["set"], *swept["set"])
-        plan = _plan_of(name, item["file"], settings, trusted, problems)
-        if plan is not None:
+        if plan := _plan_of(name, item["file"], settings, trusted, problems):
             members.append(Member(name, item["name"], item["file"], settings, parameters, scales, plan))
     return members
 

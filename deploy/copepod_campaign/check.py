@@ -97,10 +97,8 @@ def _estimate_rows(plan: Plan, memory: Sequence[Memory]) -> dict[str, str]:
 def _rank_warnings(plan: Plan) -> list[str]:
     cores = len(os.sched_getaffinity(0))
     ranks = next(iter(hosts.placement(plan).values())) if plan.hosts else plan.fluid_ranks
-    warning = (
-        f"warning: {ranks} fluid ranks share {cores} core(s) (slower than one rank per core). Use --ranks {cores}."
-    )
-    return [warning] if ranks > cores else []
+    shares = f"{ranks} fluid ranks share {cores} core(s) (slower than one rank per core)"
+    return [f"warning: {shares}. Use --ranks {cores}."] if ranks > cores else []
 
 
 def _of_several(name: str, items: Sequence[Mapping[str, Any]], jobs: int | None, trusted: bool) -> Check:

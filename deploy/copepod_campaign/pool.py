@@ -101,8 +101,7 @@ def remaining_s(running: Sequence[Job], waiting_weights: Iterable[float], jobs: 
     @param waiting_weights  costs of the cases that have not begun
     @return seconds, or None if no speed is known
     """
-    speeds = [job.weight_per_s for job in running if job.weight_per_s]
-    if not speeds:
+    if not (speeds := [job.weight_per_s for job in running if job.weight_per_s]):
         return None
     weight_per_s = sum(speeds) / len(speeds)
     places = [

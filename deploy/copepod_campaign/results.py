@@ -1,7 +1,7 @@
 """The result table of a campaign as Markdown, CSV and JSON, rewritten after every case that ends."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,10 +56,7 @@ def records(name: str, entries: Sequence[Entry]) -> dict[str, Any]:
 def markdown(entries: Sequence[Entry]) -> str:
     """A row per swimmer and group; a cell holds our figure, in brackets the published one and our deviation from it."""
     rows = _rows(entries)
-    columns = {
-        head: ["" if cell is None else value_text(cell) for cell in cells]
-        for head, cells in _known_columns(rows).items()
-    }
+    columns = _known_columns(rows, lambda value: "" if value is None else value_text(value))
     columns["state"] = [_state_text(row.entry) for row in rows]
     for key in FIGURES:
         if any(key in row.figures for row in rows):
@@ -94,15 +91,15 @@ def _rows(entries: Sequence[Entry]) -> list[Row]:
     return rows
 
 
-def _known_columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
-    """By heading what is known before a run: its name, its swept keys, its swimmers if it has several."""
+def _known_columns(rows: Sequence[Row], cell: Callable[[Any], Any]) -> dict[str, list[Any]]:
+    """By heading the cells of what is known before a run: its name, its swept keys, its swimmers if it has several."""
     members = [row.entry.member for row in rows]
     columns: dict[str, list[Any]] = {"case": [member.name for member in members]}
     for key, head in swept_keys(members).items():
         columns[head] = [member.parameters.get(key) for member in members]
     if any(row.swimmer for row in rows):
         columns["swimmer"] = [row.swimmer for row in rows]
-    return columns
+    return {head: list(map(cell, values)) for head, values in columns.items()}
 
 
 def _cell(figure: Figure | None) -> str:
@@ -117,7 +114,7 @@ def _state_text(entry: Entry) -> str:
 def _csv(entries: Sequence[Entry]) -> str:
     """All columns that have a value anywhere."""
     rows = _rows(entries)
-    columns = {head: list(map(_plain, cells)) for head, cells in _known_columns(rows).items()}
+    columns = _known_columns(rows, _plain)
     columns["state"] = [row.entry.state.value for row in rows]
     columns["builds"] = [" ".join(row.entry.builds) for row in rows]
     columns |= {key: [(row.entry.summary or {}).get(key) for row in rows] for key in ("wall_s", "digest")}

@@ -52,9 +52,8 @@ def export(options: Namespace) -> int:
     """Writes the crate and prints where its description is."""
     from copepod_report.crate import export as write  # commands start without what others need
 
-    directory = Path(options.directory)
-    folder = Path(options.out or f"{directory.absolute()}.crate")
-    print(write(directory, folder, options.author, options.license))
+    folder = Path(options.out or f"{Path(options.directory).absolute()}.crate")
+    print(write(Path(options.directory), folder, options.author, options.license))
     return ExitCode.FINISHED
 
 

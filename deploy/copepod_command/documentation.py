@@ -34,8 +34,7 @@ def completion(options: Namespace) -> int:
     import argcomplete
 
     prelude = "autoload -U +X bashcompinit && bashcompinit\n" if options.shell == "zsh" else ""
-    shell = "fish" if options.shell == "fish" else "bash"
-    print(prelude + argcomplete.shellcode(["copepod"], shell=shell))
+    print(prelude + argcomplete.shellcode(["copepod"], shell="fish" if options.shell == "fish" else "bash"))
     return ExitCode.FINISHED
 
 

@@ -51,8 +51,7 @@ def replay(options: Namespace) -> int:
         if options.stand_in:
             return _run_with_recorded(options, folder)
         role = options.controller or ("fluid" if options.fluid else "body")
-        component = list(options.component)
-        if not component:  # the one that was recorded
+        if not (component := list(options.component)):  # the one that was recorded
             plan = replace(plan_of(Path(options.directory) / "case.yaml"), fluid_ranks=options.ranks)
             component = components.with_ranks(plan, role, components.program_of(plan, role))
         command = [*_RECORDING, "replay", *_selection(options, role), "--", *_on_path_of_components(component)]

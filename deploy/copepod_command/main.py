@@ -8,7 +8,6 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from types import FrameType
 
 from copepod_command.parser import make_parser
 from copepod_run.errors import ExitCode, Stop
@@ -95,7 +94,7 @@ def _send_again(lost: "sys.UnraisableHookArgs") -> None:
         sys.__unraisablehook__(lost)
 
 
-def _terminate(number: int, frame: FrameType | None) -> None:
+def _terminate(number: int, _: object) -> None:
     raise Stop(128 + number, f"stopped by {signal.Signals(number).name}.")
 
 

@@ -26,11 +26,6 @@ def _command(text: str) -> str:
     return text
 
 
-def _hosts(text: str) -> str:
-    """The setting of the case that the hosts between commas stand for."""
-    return f"services.hosts={json.dumps(text.split(','))}"
-
-
 def _number(kind: type[int] | type[float], what: str, text: str, least: int = 0) -> float:
     """A number from `least` on; `what`: what messages call it, and how to write it."""
     try:
@@ -52,7 +47,7 @@ def _time(text: str) -> str:
 _TYPES: dict[str, Any] = {
     "command": _command,
     "count": partial(_number, int, "number (integer ≥ 0). Use 1, for example"),
-    "hosts": _hosts,
+    "hosts": lambda text: f"services.hosts={json.dumps(text.split(','))}",  # a setting of the case
     "integer": partial(_number, int, "number (integer ≥ 1). Use 1, for example", least=1),
     "metres": partial(_number, float, "length (metres ≥ 0). Write 50e-6 for 50 µm"),
     "port": partial(_number, int, "port (integer ≥ 0). Use 1, for example"),
@@ -106,8 +101,7 @@ def _add_command(
     parser.set_defaults(action=action, **defaults)
     _add_options(parser, options, shared, needs_one)
     for title, group in groups.items():
-        description = group.pop("description", None)
-        _add_options(parser.add_argument_group(title, description), group, shared)
+        _add_options(parser.add_argument_group(title, group.pop("description", None)), group, shared)
 
 
 def _add_options(parser: Any, options: _Options, shared: _Options, needs_one: bool = False) -> None:

@@ -52,10 +52,7 @@ def run(options: Namespace) -> int:
     found = [*plan.warnings, *estimate.warnings(estimate.memory_of(plan))]
     for warning in [*found, *estimate.disk_warnings(plan.estimate["disk_bytes"], options.out or "runs")]:
         say(warning)
-    if options.resume:
-        directory = run_directory.reopen(plan.name, options.out)
-    else:
-        directory = run_directory.create(plan.name, options.out)
+    directory = (run_directory.reopen if options.resume else run_directory.create)(plan.name, options.out)
     report("directory", path=str(directory.path), holds="run")
     with closing(directory):
         if options.resume:
@@ -70,8 +67,7 @@ def _attempts(options: Namespace, plan: Plan, directory: RunDirectory) -> int:
         start = last_checkpoint_step(directory.path) if resume else -1
         ending = _attempt(options, plan, directory, resume)
         if ending.summary:
-            summary = read_object(directory.path / "summary.json")
-            if not summary:
+            if not (summary := read_object(directory.path / "summary.json")):
                 raise StorageFailed(
                     f"{ending.summary} cannot be read (is the disk full?). Free some space and run again."
                 )

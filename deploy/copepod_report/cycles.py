@@ -110,8 +110,7 @@ def paths(by_swimmer: Mapping[str, Cycles]) -> Any:
     own axis at the start of the last one.
     """
     moved = {name: 1e6 * centroids_m(cycles)[1:] for name, cycles in by_swimmer.items() if len(cycles["cycle"]) > 2}
-    tracks = {name: track - track[0] for name, track in moved.items()}
-    if not tracks:
+    if not (tracks := {name: track - track[0] for name, track in moved.items()}):
         return None
     places = np.vstack(list(tracks.values()))
     across, along = sorted(np.argsort(np.ptp(places, axis=0), kind="stable")[1:])

@@ -86,8 +86,7 @@ def choose(run: RunRecord, view: View) -> FlowPicture | None:
     Raises Stop(2) if the run lacks what the view names, Stop(73) if its file is damaged.
     """
     path = run.directory / "fields.h5"
-    time = _time_of(run, view, *read_file(path, times_in))
-    if time is None:
+    if (time := _time_of(run, view, *read_file(path, times_in))) is None:
         return None
     window = tuple(run.case["output"]["fields"]["mean_over_steps"]) if time == MEAN else (int(time), int(time))
     zoomed, followed = _bodies_named(run, view.zoom, "--zoom"), _bodies_named(run, view.frame, "--frame")
@@ -184,8 +183,7 @@ def _place_m(run: RunRecord, body: Body, window: Sequence[int]) -> np.ndarray:
 
 def _velocity_of(run: RunRecord, bodies: Sequence[Body], window: Sequence[int]) -> np.ndarray:
     """Of a frame that moves with the bodies [m/s]: over a window their drift; zero without bodies."""
-    motions = [run.trajectory.of(body.name) for body in bodies]
-    if not motions:
+    if not (motions := [run.trajectory.of(body.name) for body in bodies]):
         return np.zeros(3)
     ends = _samples(run, window)[[0, -1]]
     if ends[0] == ends[1]:
@@ -289,9 +287,7 @@ def _draw_bodies(axes: Any, run: RunRecord, picture: FlowPicture) -> None:
         for points in _with_images(run, _points_m(run, body, picture.window), shown):
             if _is_cut(run, body, picture):
                 seen = 1e6 * points[triangles][:, :, shown]
-                axes.add_collection(
-                    PolyCollection(seen, facecolors=colour, edgecolors=colour, linewidths=0.3, zorder=5)
-                )
+                axes.add_collection(PolyCollection(seen, color=colour, linewidths=0.3, zorder=5))
                 looks = {"colors": LIGHT.paper}
             else:
                 looks = {"colors": colour, "linestyles": "--"}

@@ -118,15 +118,13 @@ def flow_over_time(path: Path) -> Any:
 def speeds(runs: Sequence[RunResult]) -> Any:
     """Swimming speed of every run, ours and the published one, or None if no run was analysed."""
     found = [(run.name, figures.get("u_swim_lattice")) for run in runs for _, figures in figures_by_name(run.summary)]
-    rows = [(name, speed.ours, speed.published) for name, speed in found if speed]
-    if not rows:
+    if not (rows := [(name, speed.ours, speed.published) for name, speed in found if speed]):
         return None
     figure, axes = new_figure(1.2 + 0.3 * len(rows))
     places = range(len(rows), 0, -1)
     axes.hlines(places, 0, [ours for _, ours, _ in rows], color=LIGHT.faint, linewidth=2)
     axes.plot([ours for _, ours, _ in rows], places, "o", color=LIGHT.beads[0], markersize=8, label="this run")
-    published = [(value, place) for (_, _, value), place in zip(rows, places) if value is not None]
-    if published:
+    if published := [(value, place) for (_, _, value), place in zip(rows, places) if value is not None]:
         look = {"markerfacecolor": "none", "markeredgecolor": LIGHT.beads[1], "markeredgewidth": 1.6}
         axes.plot(*zip(*published), "o", markersize=11, label="published", **look)
     axes.set_yticks(list(places), [name for name, _, _ in rows])

@@ -156,6 +156,5 @@ def comparison_section(
         link = Markup('<a href="#{}">{}</a>').format(anchors[number], run.name)
         label = (link, swimmer_name) if len(measured(run.summary)) > 1 else link
         parameters = [axis.number(axis.places[number]) for axis in swept]
-        values = [cells[key].texts() if key in cells else "" for key, _ in columns]
-        texts.append([label, *parameters, *values])
+        texts.append([label, *parameters, *(cells[key].texts() if key in cells else "" for key, _ in columns)])
     return str(HTML.comparison_section([*heads, *(name for _, name in columns)], texts, first, others))

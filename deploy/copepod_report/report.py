@@ -48,9 +48,8 @@ def write_report(options: Namespace, out: str) -> Path:
         canvas.write(PAGE, page.page(title, []).encode())  # from here on the folder is that of a report
         for name, content in films.items():
             canvas.write(f"{name}_flow.mp4", content)
-        return canvas.write(
-            PAGE, page.page(title, _sections(collected, canvas, flow_view, options.x, options.y)).encode()
-        )
+        sections = _sections(collected, canvas, flow_view, options.x, options.y)
+        return canvas.write(PAGE, page.page(title, sections).encode())
     except DAMAGE as problem:
         raise _damaged(names, problem) from None
 
@@ -86,18 +85,14 @@ def _sections(runs: Sequence[RunRecord], canvas: Canvas, flow_view: flow.View, x
     sections = []
     others = sweeps.other_figures(sweeps_of(runs, x, y), canvas.draw)
     if len(runs) > 1:
-        first = opening_figures(runs, canvas, x, y)
-        sections.append(page.comparison_section(runs, anchors, first, others))
+        sections.append(page.comparison_section(runs, anchors, opening_figures(runs, canvas, x, y), others))
     axes = axes_of(runs)
     for number, (run, anchor) in enumerate(zip(runs, anchors)):
-        is_one_of_many = len(runs) > _MOST_DRAWN and run.sweep.values  # whose figures are drawn on request
-        figures = []
-        if not is_one_of_many:
-            figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, flow_view)]
+        is_drawn = len(runs) <= _MOST_DRAWN or not run.sweep.values  # others on request
+        figures = [view.of_run(run, len(runs)), *_figures_of(run, canvas, anchor, flow_view)] if is_drawn else []
         swept = [(axes[key].heading, axes[key].quantity(axes[key].places[number])) for key in run.sweep.values]
         sections.append(page.run_section(run, anchor, figures, swept, folded=len(runs) > 3))
-    sections.append(view.scripts())
-    return sections
+    return [*sections, view.scripts()]
 
 
 def _figures_of(run: RunRecord, canvas: Canvas, prefix: str, flow_view: flow.View) -> list[str]:

@@ -70,8 +70,7 @@ def scene_of(name: str, case: Mapping[str, Any], cell_size_m: float | None, samp
     """
     surfaces, numbers = surfaces_of(case), case["surfaces"]["bodies"]
     places = _places_of(case)
-    unknown = next((body for body in samples.bodies if body not in numbers), None)
-    if unknown is not None:
+    if (unknown := next((body for body in samples.bodies if body not in numbers), None)) is not None:
         raise BadCase(f"{name} moves a body {unknown} (its case.yaml lacks it). Run the case again.")
     power, prefix = prefix_of(max((surface.reach_m for surface in surfaces), default=1e-6), -9)
     metres = 10.0**power

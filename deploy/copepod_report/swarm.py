@@ -122,8 +122,7 @@ class Swarm:
         return figure, f"Power that the drives give to {self.count} together, and its mean over each cycle{mean}."
 
     def _pairs(self) -> _Figure:
-        later = self.centroids_m[len(self.time_s) // 2 :]
-        distances_m, ratio = pair_distribution(later, self.periodic_length_m)
+        distances_m, ratio = pair_distribution(self.centroids_m[len(self.time_s) // 2 :], self.periodic_length_m)
         if len(distances_m) == 0:
             return None
         figure, axes = new_figure(3.0)

@@ -39,8 +39,7 @@ def flow_slice(run: RunRecord, box: Any) -> Any:
     """
     if not box or not box["size"] or not run.status.is_finished:
         return None
-    picture = flow.choose(run, flow.View())
-    if picture is None:
+    if not (picture := flow.choose(run, flow.View())):
         return None
     corners, seen = np.empty((2, 3)), [picture.along, picture.across]  # in cells
     corners[:, seen] = np.add(picture.corner_cells, [(0, 0), picture.speed_m_per_s.shape[::-1]])

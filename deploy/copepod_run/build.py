@@ -10,7 +10,7 @@ import sys
 import time
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -105,13 +105,12 @@ def _one_build_at_a_time() -> Iterator[None]:
 
 def _progress_in_log() -> tuple[int, int]:
     """(done, total) of the last counter in build.log, (0, 0) if there is none."""
-    try:
-        with open(_LOG, "rb") as log:
-            log.seek(max(0, log.seek(0, os.SEEK_END) - 65536))
-            counters = _COUNTER.findall(log.read())
-    except OSError:
-        return 0, 0
-    return (int(counters[-1][0]), int(counters[-1][1])) if counters else (0, 0)
+    counters: list[Any] = [(0, 0)]
+    with suppress(OSError), open(_LOG, "rb") as log:
+        log.seek(max(0, log.seek(0, os.SEEK_END) - 65536))
+        counters += _COUNTER.findall(log.read())
+    done, total = map(int, counters[-1])
+    return done, total
 
 
 def _is_configured() -> bool:

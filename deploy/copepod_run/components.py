@@ -60,8 +60,7 @@ class Connection:
 def coupler_command(options: Namespace, plan: Plan, directory: Path, connection: Connection, resume: bool) -> list[str]:
     coupler = str(program("in_process_run" if plan.transport == IN_PROCESS else "coupler"))
     command = [coupler, "--run", *case_arguments(options), "--out", str(directory), *connection.arguments("coupler")]
-    beginning = ["--resume"] if resume else branch_arguments(options)
-    return [*command, "--build", build_digest(), *beginning]
+    return [*command, "--build", build_digest(), *(["--resume"] if resume else branch_arguments(options))]
 
 
 def branch_arguments(options: Namespace) -> list[str]:

@@ -154,22 +154,18 @@ def time_text(plan: Plan) -> str:
 
 def time_of(plan: Plan) -> tuple[float | None, str]:
     """Of a run [s], and at which speed; None, and what would have shown one."""
-    updates = plan.estimate.get("cell_updates")
-    if updates:
+    if updates := plan.estimate.get("cell_updates"):
         precision = plan.case.get("fluid", {}).get("precision", "double")
         of_what = f"{precision} run on {plan.fluid_ranks} rank(s)"
-        mlups = read_object(_SPEEDS).get(precision, {}).get(str(plan.fluid_ranks))
-        if mlups:
+        if mlups := read_object(_SPEEDS).get(precision, {}).get(str(plan.fluid_ranks)):
             return updates / (mlups * 1e6), f"at the {mlups:.0f} MLUPS of the last {of_what}"
     else:
         of_what = f"run with {_solver_of(plan)} fluid"
         for bodies, seconds in read_object(_SPEEDS).get(_solver_of(plan), {}).items():
             many, power = _GROWTH.get(_solver_of(plan), _LINEAR)
             now, then = (1.0 + (n / many) ** power for n in (plan.estimate.get("bodies", 1), int(bodies)))
-            return (
-                plan.steps * seconds * now / then,
-                f"from the last {of_what}, of {bodies} bod{'y' if bodies == '1' else 'ies'}",
-            )
+            of_bodies = f"{bodies} bod{'y' if bodies == '1' else 'ies'}"
+            return plan.steps * seconds * now / then, f"from the last {of_what}, of {of_bodies}"
     return None, of_what
 
 

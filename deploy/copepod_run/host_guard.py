@@ -38,8 +38,7 @@ def main() -> int:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     lines = _Lines()
-    order = next(lines.wait(None), None)
-    if order is None:
+    if (order := next(lines.wait(None), None)) is None:
         return 1
     adopt_orphans()
     return _start(order, lines) if "command" in order else _watch(order, lines)
@@ -86,8 +85,7 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
     address = os.environ.get("SSH_CONNECTION", "").partition(" ")[0]
     _answer("ready", problem=problem, address=address, build="" if problem else digest(order["program"]))
     looker = Looker(order["host"])
-    confirmed = time.monotonic()  # when the last answer was sent that has arrived
-    asked = confirmed
+    confirmed = asked = time.monotonic()  # confirmed: when the last answer was sent that has arrived
     sent: dict[int, float] = {}
     attention = Attention()
     look, sign_is_gone = threading.Thread(), threading.Event()
@@ -130,8 +128,7 @@ def _watch(order: dict[str, Any], lines: _Lines) -> int:
 def _start(order: dict[str, Any], lines: _Lines) -> int:
     """Carries out the command as ssh would, and ends with it; also ends it, and all the rest, with the connection."""
     mark, host = order["mark"], order["host"]
-    watcher = next(iter(cleanup.marked_processes(f"{GUARD}={mark}")), None)
-    if watcher is None:
+    if (watcher := next(iter(cleanup.marked_processes(f"{GUARD}={mark}")), None)) is None:
         _report(host, "its guard has ended, and nothing is started without it.")
         return 1
     own = {name: value for name, value in os.environ.items() if name not in (GUARD, STARTER, "PYTHONPATH")}

@@ -23,6 +23,7 @@ from copepod_run.plan import Plan
 from copepod_run.processes import own_host, start_child
 
 ORDER = "COPEPOD_HOSTS"
+FOLDER = Path(__file__).resolve().parent.parent  # of all our modules
 _NOTHING = ("true",)
 _TRIED_FOR_S = 15
 _SSH = ("ssh", "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10")
@@ -61,8 +62,7 @@ def hostfile_text(plan: Plan) -> str:
 
 def table(plan: Plan) -> list[tuple[str, str]]:
     """What runs where, for people: (host, components)."""
-    rows = []
-    start = 0
+    rows, start = [], 0
     for number, (host, ranks) in enumerate(placement(plan).items()):
         parts = ["command, coupler, bodies"] if number == 0 else []
         if ranks:
@@ -130,9 +130,9 @@ def _problem_of(host: str) -> str:
         return not_reached(host, f"no answer within {_TRIED_FOR_S} s")
     except OSError as problem:
         return not_reached(host, str(problem))
-    lines = tried.stderr.decode(errors="replace").strip().splitlines()
-    said = lines or [f"the command ended with {tried.returncode}"]
-    return not_reached(host, said[-1]) if tried.returncode != 0 else ""
+    how = f"the command ended with {tried.returncode}"
+    *_, last = tried.stderr.decode(errors="replace").strip().splitlines() or [how]
+    return not_reached(host, last) if tried.returncode != 0 else ""
 
 
 def guard_command(variable: str, mark: str) -> list[str]:
@@ -148,8 +148,7 @@ def ending_command(variable: str, mark: str) -> list[str]:
 
 def _python(*settings: str) -> list[str]:
     """Becomes a Python that finds our modules and loads no others, with these variables."""
-    folder = Path(__file__).resolve().parent.parent
-    own = (f"PYTHONPATH={folder}", "PYTHONUTF8=1")
+    own = (f"PYTHONPATH={FOLDER}", "PYTHONUTF8=1")
     return ["exec", "env", *settings, *own, "/usr/bin/python3", "-S", "-P", "-B"]
 
 

@@ -189,7 +189,6 @@ class HostsLauncher(Launcher):
 
     def environment(self, environment: Mapping[str, str]) -> dict[str, str]:
         """Of mpirun, so that it starts ranks through us; the same settings go to the other hosts."""
-        folder = Path(__file__).resolve().parent.parent
         order_file = self._scratch.files / "order.json"
         settings = {
             "OMPI_MCA_plm": "rsh",
@@ -201,7 +200,7 @@ class HostsLauncher(Launcher):
             "OMPI_MCA_rmaps_base_mapping_policy": "slot",
             **components.ON_SHARED_CORES,
             hosts.ORDER: str(order_file),
-            "PYTHONPATH": os.pathsep.join([str(folder), *environment.get("PYTHONPATH", "").split(os.pathsep)]),
+            "PYTHONPATH": os.pathsep.join([str(hosts.FOLDER), *environment.get("PYTHONPATH", "").split(os.pathsep)]),
         }
         complete = {**environment, **settings}
         passed_on = {name: value for name, value in complete.items() if name.startswith(_PASSED_ON)}

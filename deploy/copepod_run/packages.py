@@ -63,15 +63,13 @@ def ensure(names: Sequence[str] = BUILD_AND_RUN) -> None:
     """
     if os.geteuid() != 0:
         require(names, "only root can install them")
-    wanted = missing(names)
-    if not wanted:
+    if not (wanted := missing(names)):
         return
     BUILD.mkdir(exist_ok=True)
     log_path = BUILD / "packages.log"
     install = ["install", "-y", "--no-install-recommends", *wanted]
-    has_lists = any(Path("/var/lib/apt/lists").glob("*_Packages*"))
     with Stage(f"installing {len(wanted)} Debian packages (log: {log_path})"), open(log_path, "wb") as log:
-        if has_lists and _apt_get(install, log) == 0:
+        if any(Path("/var/lib/apt/lists").glob("*_Packages*")) and _apt_get(install, log) == 0:
             return
         _apt_get(["update"], log)  # they may also be outdated
         if _apt_get(install, log) != 0:

@@ -12,7 +12,6 @@ from copepod_run.checkout import program
 from copepod_run.errors import BadCase, ExitCode, Stop
 from copepod_run.messages import say_lines
 
-
 COUPLER_SILENCE_S = 3.0  # default of services.silence_s without a network
 
 
@@ -56,9 +55,7 @@ class CampaignPlan:
 
 def case_arguments(options: Namespace) -> list[str]:
     """Arguments that give the coupler the case or campaign as specified by the user."""
-    arguments = [options.case]
-    for setting in options.set:
-        arguments += ["--set", setting]
+    arguments = [options.case, *(word for setting in options.set for word in ("--set", setting))]
     for name in ("ranks", "fluid", "body"):
         if (value := getattr(options, name, None)) is not None:
             arguments += [f"--{name}", str(value)]

@@ -53,8 +53,7 @@ class RunDirectory:
         Sets status, exit_code, exit_reason and, if missing, end; does nothing if the coupler wrote no provenance.
         """
         path = self.path / "provenance.json"
-        provenance = read_object(path)
-        if not provenance:
+        if not (provenance := read_object(path)):
             return
         provenance |= {"status": "failed", "exit_code": code, "exit_reason": reason}
         if not provenance.get("end"):
@@ -190,18 +189,20 @@ def create(name: str, out: str | None) -> RunDirectory:
     name = folder_name(name)
     for number in range(1, 100000):
         path = Path("runs") / (name if number == 1 else f"{name}-{number}")
-        try:
+        with suppress(FileExistsError):
             make_folder(path, exist_ok=False)
             return RunDirectory(path)
-        except FileExistsError:
-            continue
     raise BadCase(f"runs/ holds 100000 runs of {name} (no free number). Remove some.")
 
 
 def reopen(name: str, out: str | None) -> RunDirectory:
     """Folder of the run to continue: `out`, or the latest runs/<name>-N. Raises Stop(2) if it cannot be resumed."""
     path = Path(out) if out is not None else _latest(name)
-    if path is None or not _holds_case(path):
+    try:
+        holds_case = path is not None and (path / "case.yaml").exists()
+    except OSError as problem:
+        raise StorageFailed(f"{path} cannot be read ({problem.strerror}). Choose another --out.") from None
+    if path is None or not holds_case:
         where = out if out is not None else f"runs/{name}"
         raise BadCase(f"{where} does not hold a run (no case.yaml). Start it without --resume.")
     directory = RunDirectory(path)
@@ -225,13 +226,6 @@ def _require_utf8(path: Path) -> None:
         ) from None
 
 
-def _holds_case(path: Path) -> bool:
-    try:
-        return (path / "case.yaml").exists()
-    except OSError as problem:
-        raise StorageFailed(f"{path} cannot be read ({problem.strerror}). Choose another --out.") from None
-
-
 def folder_name(case_name: str) -> str:
     """The case's name without characters that have a meaning in paths."""
     return as_word(case_name).lstrip(".") or "run"
@@ -240,10 +234,7 @@ def folder_name(case_name: str) -> str:
 def _latest(name: str) -> Path | None:
     """Highest numbered runs/<name>-N that holds a case."""
     name = folder_name(name)
-    pattern = re.compile(re.escape(name) + r"(?:-(\d+))?")
-    found = []
-    for path in Path("runs").glob(f"{name}*"):
-        match = pattern.fullmatch(path.name)
-        if match and (path / "case.yaml").exists():
-            found.append((int(match.group(1) or 1), path))
+    pattern = re.escape(name) + r"(?:-(\d+))?"
+    matches = ((re.fullmatch(pattern, path.name), path) for path in Path("runs").glob(f"{name}*"))
+    found = [(int(match[1] or 1), path) for match, path in matches if match and (path / "case.yaml").exists()]
     return max(found)[1] if found else None

@@ -1,5 +1,6 @@
 """Waits for the three processes of a run, the coupler's events and signals until it is clear how the run ended."""
 
+import math
 import os
 import selectors
 import signal
@@ -7,7 +8,6 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from types import FrameType
 
 from copepod_run.errors import ExitCode
 from copepod_run.launcher import LOOK_EVERY_S, Launcher, Process
@@ -60,7 +60,7 @@ class SignalRecorder:
         with suppress(BlockingIOError):
             os.read(self.descriptor, 4096)
 
-    def _want_checkpoint(self, number: int, frame: FrameType | None) -> None:
+    def _want_checkpoint(self, *_: object) -> None:
         self.checkpoint_wanted = True
 
 
@@ -91,7 +91,7 @@ class Watch:
         self._exits: list[Exit] = []
         self._reported: Failure | None = None
         self._summary = ""
-        self._deadline: float | None = None
+        self._deadline = math.inf
         self._output_open = True
         self.phase = ""
         self.last_step = -1
@@ -105,8 +105,7 @@ class Watch:
         """Ending of the run; processes may still be alive then."""
         while (ending := self._ending()) is None:
             self._look_at_processes()
-            until = self._next_look if self._deadline is None else min(self._next_look, self._deadline)
-            self._turn(max(0.0, until - time.monotonic()))
+            self._turn(max(0.0, min(self._next_look, self._deadline) - time.monotonic()))
         return ending
 
     def wait_for_coupler(self, patience_s: float, checkpoint_patience_s: float) -> None:
@@ -119,9 +118,7 @@ class Watch:
             if saves and not is_said:
                 say("waits for the checkpoint that is being written (again: at once)")
             is_said = is_said or saves
-            patience = checkpoint_patience_s if saves else patience_s
-            left = start + patience - time.monotonic()
-            if left <= 0:
+            if (left := start + (checkpoint_patience_s if saves else patience_s) - time.monotonic()) <= 0:
                 return
             self._turn(min(left, 0.1))
 
@@ -153,15 +150,14 @@ class Watch:
         return None if fluid is None else reported_by_mpirun(fluid.tail(fluid.output), fluid.host)
 
     def _decide_within(self, seconds: float) -> None:
-        deadline = time.monotonic() + seconds
-        self._deadline = deadline if self._deadline is None else min(self._deadline, deadline)
+        self._deadline = min(self._deadline, time.monotonic() + seconds)
 
     def _ending(self) -> Ending | None:
         if self._signals.received:
             return Ending(signal=self._signals.received[0])
         if self._summary and not self._alive and all(exit.code == 0 and not exit.signal for exit in self._exits):
             return Ending(summary=self._summary)
-        if self._deadline is None or time.monotonic() < self._deadline:
+        if time.monotonic() < self._deadline:
             return None
         may_still_report = not self._waited_for_mpirun and self._is_loss_without_cause()
         if may_still_report and self._launcher.has_ended_rank() and self._reported_by_living_mpirun() is None:

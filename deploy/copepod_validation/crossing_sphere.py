@@ -88,9 +88,8 @@ def _figure(results: Results[dict[str, Any]]) -> bytes:
     paths = list(dict.fromkeys(point.path for _, point, _ in results))
     figure, panels = new_figure(3.2, ncols=len(paths), sharey=True, squeeze=False)
     for panel, path in zip(panels.flat, paths):
-        for scheme, residual in [
-            (one, noise["residual"]) for one, point, noise in results if point == Point(path, 0.6)
-        ]:
+        for scheme, _, noise in (result for result in results if result[1] == Point(path, 0.6)):
+            residual = noise["residual"]
             power = np.abs(np.fft.rfft(residual * np.hanning(residual.size)))[1:] ** 2
             waves = np.arange(1, power.size + 1) / residual.size
             bands = zip(np.array_split(waves, _BANDS), np.array_split(power, _BANDS))

@@ -106,12 +106,17 @@ def uniform_flow(speed: float) -> CaseDict:
     return {"kind": "uniform", "velocity_m_per_s": [0, 0, speed]}
 
 
+def grouped(results: Results[Value], point_of: Callable[[Any], Any]) -> Results[list[Value]]:
+    """What was measured with each scheme at all points together that `point_of` makes equal, in their order."""
+    found: dict[tuple[str, Any], list[Value]] = {}
+    for scheme, point, value in results:
+        found.setdefault((scheme, point_of(point)), []).append(value)
+    return [(*key, values) for key, values in found.items()]
+
+
 def by_scheme(results: Results[Value]) -> dict[str, list[Value]]:
     """What was measured with each scheme, in the order of the results."""
-    found: dict[str, list[Value]] = {}
-    for scheme, _, value in results:
-        found.setdefault(scheme, []).append(value)
-    return found
+    return {scheme: values for scheme, _, values in grouped(results, lambda point: None)}
 
 
 def worst(results: Results[Value], head: str, error: Callable[[Value], float], form: str = "+.1f") -> Overview:

@@ -1,31 +1,28 @@
 """Resistances of a sphere beside a wall and of two spheres that slide past each other and turn, with their films."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import CaseDict, Results, Section, lattice_case, sphere, table_by_point
-from copepod_validation.experiment import viscosity, worst
+from copepod_validation.experiment import CaseDict, Results, Section, grouped, lattice_case, sphere
+from copepod_validation.experiment import table_by_point, viscosity, worst
 
 _SPEED = 1e-9
 # Centres along a wall, from a corner of the cells; the first is mirrored there, so that half of the domain is computed.
 _PLACES = [(0.0, 0.0), *np.random.default_rng(1).random((4, 2)).tolist()]
-# Force and torque on the (first) sphere; NaN: zero, or an effect of the box as large as itself.
-EXACT = {
-    ("wall", "sliding"): {0.5431: (1.5674, 0.01465), 0.1276: (2.1516, 0.07373), 0.0453: (2.6480, 0.14559)}
-    | {0.01: (3.4225, 0.27652)},
-    ("wall", "turning"): {0.5431: (0.01953, 1.0998), 0.1276: (0.09831, 1.3877), 0.0453: (0.19412, 1.6999)}
-    | {0.01: (0.36869, 2.2408)},
-    ("pair", "sliding"): {1.0: (1.38928, 0.12107), 0.2: (1.83479, 0.3663), 0.0453: (2.30958, 0.68058)}
-    | {0.01: (2.8084, 1.03888)},
-    ("pair", "rolling"): {1.0: (0.16142, 1.03965), 0.2: (0.4884, 1.21407), 0.0453: (0.90744, 1.49537)}
-    | {0.01: (1.38517, 1.84062)},
-    ("pair", "geared"): {1.0: (np.nan, 0.99632), 0.2: (np.nan, 1.06555), 0.0453: (np.nan, 1.22414)}
-    | {0.01: (np.nan, 1.4295)},
-    ("pair", "spinning"): {0.1276: (np.nan, 1.13609), 0.01: (np.nan, 1.19097)},
-    ("pair of 1:2", "sliding"): {0.1276: (2.43781, 0.46411), 0.0453: (2.90915, 0.69435)},
-}
+_AT_WALL, _OF_PAIR = (0.5431, 0.1276, 0.0453, 0.01), (1.0, 0.2, 0.0453, 0.01)  # gaps over the radius
+# Force and torque on the (first) sphere at each gap; NaN: zero, or an effect of the box as large as itself.
+_LOADS: tuple[Any, ...] = (
+    ("wall", "sliding", _AT_WALL, (1.5674, 0.01465), (2.1516, 0.07373), (2.6480, 0.14559), (3.4225, 0.27652)),
+    ("wall", "turning", _AT_WALL, (0.01953, 1.0998), (0.09831, 1.3877), (0.19412, 1.6999), (0.36869, 2.2408)),
+    ("pair", "sliding", _OF_PAIR, (1.38928, 0.12107), (1.83479, 0.3663), (2.30958, 0.68058), (2.8084, 1.03888)),
+    ("pair", "rolling", _OF_PAIR, (0.16142, 1.03965), (0.4884, 1.21407), (0.90744, 1.49537), (1.38517, 1.84062)),
+    ("pair", "geared", _OF_PAIR, (np.nan, 0.99632), (np.nan, 1.06555), (np.nan, 1.22414), (np.nan, 1.4295)),
+    ("pair", "spinning", (0.1276, 0.01), (np.nan, 1.13609), (np.nan, 1.19097)),
+    ("pair of 1:2", "sliding", (0.1276, 0.0453), (2.43781, 0.46411), (2.90915, 0.69435)),
+)
+EXACT = {(kind, way): dict(zip(gaps, loads)) for kind, way, gaps, *loads in _LOADS}
 
 
 class Point(NamedTuple):
@@ -77,8 +74,7 @@ def case_of(point: Point) -> CaseDict:
             velocity = [abs(one) for one in velocity]
         motion: CaseDict = {key: velocity, "name": "sphere" if sign > 0 else "other"}
         x, y = (0.5 * cells * R + off for cells, off in zip(box, _PLACES[point.place]))
-        centre = (x, y, z * R)
-        bodies.append(sphere(radius * R, centre, "prescribed", **motion))
+        bodies.append(sphere(radius * R, (x, y, z * R), "prescribed", **motion))
     planes = [] if axis == "z" or point.place else ["y"]
     boundaries = {"x": "periodic", "y": "free_slip" if planes else "periodic", "z": "no_slip"}
     cells, steps = [int(edge * R) for edge in box], int(1000 * (R / 4) ** 2)
@@ -106,16 +102,9 @@ def section(results: Results[tuple[float, float]]) -> Section:
         spread = f" ± {np.abs(errors - errors.mean()).max():.1f}" if len(errors) > 1 else ""
         return f"{errors.mean():+.1f}{spread}"
 
-    found: dict[tuple[str, Point], list[list[float]]] = {}
-    for scheme, point, value in results:
-        errors = [100 * (one / exact - 1) for one, exact in zip(value, point.reference)]
-        found.setdefault((scheme, point._replace(place=0)), []).append(errors)
-    pairs = [(scheme, point, np.array(errors)) for (scheme, point), errors in found.items()]
-    table = table_by_point(
-        pairs,
-        "bodies | way | R [cells] | gap / R | exact force, torque",
-        row,
-        lambda errors: ", ".join(map(text, errors.T)),
-    )
+    found = grouped(results, lambda point: point._replace(place=0))
+    pairs = [(scheme, point, 100 * (np.array(values) / point.reference - 1)) for scheme, point, values in found]
+    heads = "bodies | way | R [cells] | gap / R | exact force, torque"
+    table = table_by_point(pairs, heads, row, lambda errors: ", ".join(map(text, errors.T)))
     large = [(scheme, point, errors[:, np.array(point.reference) > 0.3]) for scheme, point, errors in pairs]
     return Section({"table": table}, worst(large, "resistances [%]", lambda errors: float(max(errors.flat, key=abs))))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from copepod_report.trajectory import Trajectory
-from copepod_validation.experiment import CaseDict, Results, Section, by_scheme, lattice_case
+from copepod_validation.experiment import CaseDict, Results, Section, by_scheme, grouped, lattice_case
 from copepod_validation.experiment import table_by_point, viscosity
 from copepod_validation.slow_bodies import images
 
@@ -137,10 +137,8 @@ def evaluate(run: Trajectory, point: Point) -> Drags:
 
 def section(results: Results[Drags]) -> Section:
     """A row per shape: means over the poses, and the largest deviation from them."""
-    found: dict[tuple[str, str], list[Drags]] = {}
-    for scheme, point, errors in results:
-        found.setdefault((scheme, point.shape), []).append(errors)
-    shapes = [(scheme, shape, np.array(errors)) for (scheme, shape), errors in found.items()]
+    found = grouped(results, lambda point: point.shape)
+    shapes = [(scheme, shape, np.array(errors)) for scheme, shape, errors in found]
 
     def cell(errors: np.ndarray) -> str:
         mean = errors.mean(axis=0)

@@ -14,7 +14,7 @@ import numpy as np
 from copepod_report.style import LIGHT, describe, new_figure, picture_of
 from copepod_report.trajectory import Trajectory
 from copepod_validation.experiment import COLOURS, CaseDict, Results, Section, by_scheme, lattice_case, sphere
-from copepod_validation.experiment import table_by_point, uniform_flow, viscosity
+from copepod_validation.experiment import grouped, table_by_point, uniform_flow, viscosity
 
 DRAG = {
     "sphere": {0.027: 2.008, 0.125: 4.292, 0.343: 15.4, 0.45: 28.1},  # K
@@ -118,10 +118,8 @@ def _limit(values: Sequence[float]) -> float:
 
 def section(results: Results[tuple[float, float]]) -> Section:
     """A row per point: mean over the centres, largest deviation from it."""
-    errors: dict[tuple[str, Point], list[float]] = {}
-    for scheme, point, (error, _) in sorted(results, key=lambda result: result[1]):
-        errors.setdefault((scheme, point._replace(centre=0)), []).append(error)
-    arrays = [(*key, found) for key, found in errors.items()]
+    errors = [(scheme, point, error) for scheme, point, (error, _) in sorted(results, key=lambda result: result[1])]
+    arrays = grouped(errors, lambda point: point._replace(centre=0))
 
     def row(point: Point) -> str:
         return f"{point.shape} | {point.solid_fraction:g} | {2 * point.radius:.1f} | {point.tau:g}"

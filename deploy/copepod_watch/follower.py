@@ -79,8 +79,7 @@ class RunFollower:
         self._trajectory.update()
         samples = self._trajectory.samples()
         event = read_object(self.directory / "logs" / "progress.json")  # empty before the first
-        last = int(samples.steps[-1]) if samples else 0
-        status = status_of(self.directory, self.case, state, last)
+        status = status_of(self.directory, self.case, state, int(samples.steps[-1]) if samples else 0)
         is_running = state[0] == "running"
         version = f"{id(self)}-{self._trajectory.count}"
         scene = None
@@ -177,9 +176,8 @@ def _table(runs: Sequence[RunResult]) -> str:
         left = figures(event, 0)[:1] if event.get("steps_per_s") else []
         bar = Markup('<progress value="{:.3f}"></progress> {:.0f} %').format(_share(run), 100 * _share(run))
         speed = _last_speed(table, table.stat().st_mtime_ns) if table.is_file() else ""
-        rows.append(
-            [name, run.status.state, (bar, *left), speed, *(axis.number(axis.places[number]) for axis in swept)]
-        )
+        parameters = (axis.number(axis.places[number]) for axis in swept)
+        rows.append([name, run.status.state, (bar, *left), speed, *parameters])
     return str(HTML.table([*_HEADS, *(axis.label for axis in swept)], rows, "dense"))
 
 

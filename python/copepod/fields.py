@@ -1,6 +1,5 @@
 """fields.h5 as xarray Datasets that read their values when these are used."""
 
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from xarray.core import indexing
 
 from copepod.errors import Error
 
+_BODY = {"long_name": "0: fluid; else the body that covers the cell, counted from 1"}
 _UNITS = {"kg_per_m3": "kg/m3", "m_per_s": "m/s", "per_s": "1/s", "Pa": "Pa"}
 
 
@@ -69,17 +69,12 @@ def _variables(file: Any, path: Path, groups: list[str]) -> tuple[dict[str, Any]
     for name, dataset in first.items():
         array = _LazyGroups(path, [f"{group}/{name}" for group in groups if name in file[group]], dataset)
         axes = ("time", *"zyx", "component")[: len(array.shape)]
-        data[name] = xarray.Variable(axes, indexing.LazilyIndexedArray(array), _attributes(name))
+        quantity, _, unit = name.partition("_")
+        attributes = {"long_name": quantity, "units": _UNITS.get(unit, unit)}
+        data[name] = xarray.Variable(axes, indexing.LazilyIndexedArray(array), _BODY if name == "body" else attributes)
     if not any("component" in variable.dims for variable in data.values()):
         del coordinates["component"]
     return data, coordinates
-
-
-def _attributes(name: str) -> Mapping[str, str]:
-    quantity, _, unit = name.partition("_")
-    if name == "body":
-        return {"long_name": "0: fluid; else the body that covers the cell, counted from 1"}
-    return {"long_name": quantity, "units": _UNITS.get(unit, unit)}
 
 
 class _LazyGroups(BackendArray):

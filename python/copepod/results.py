@@ -106,8 +106,7 @@ class Run:
         if not tables:
             return pandas.DataFrame()
         table = pandas.concat(tables, names=["swimmer"]).reset_index("swimmer")
-        whole = {"cycle": int, "start_step": int}
-        return table.astype(whole).set_index(["swimmer", "cycle"])
+        return table.astype({"cycle": int, "start_step": int}).set_index(["swimmer", "cycle"])
 
     @property
     def fields(self) -> "xarray.Dataset":
@@ -210,8 +209,7 @@ def follow(run: Run | str | Path, wait_s: float = 10.0) -> Iterator[Sample]:
     begun = (directory / "case.yaml", directory / "results.json")  # a run, a campaign
     while not any(path.exists() for path in begun) and time.monotonic() < deadline_s:
         time.sleep(_LOOK_EVERY_S)
-    found = load(directory)
-    if not isinstance(found, Run):
+    if not isinstance(found := load(directory), Run):
         raise Error(
             f"{found.directory} is a campaign (its runs have trajectories of their own). Follow one of them.", 2
         )

@@ -65,12 +65,9 @@ def _library() -> ctypes.CDLL:
 
 def _call(name: str, *arguments: Any) -> None:
     """One of the C functions. Raises CaseError, RunError or, for a mistake of the caller, Error."""
-    code = getattr(_library(), name)(*arguments)
-    if code == 0:
-        return
-    message = _library().copepod_error().decode(errors="replace")
-    kind = {ExitCode.BAD_CASE: CaseError, _MISUSE: Error}.get(code, RunError)
-    raise kind(message, code)
+    if code := getattr(_library(), name)(*arguments):
+        kind = {ExitCode.BAD_CASE: CaseError, _MISUSE: Error}.get(code, RunError)
+        raise kind(_library().copepod_error().decode(errors="replace"), code)
 
 
 def _words(settings: Settings, ranks: int | None) -> list[str]:
