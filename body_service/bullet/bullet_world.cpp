@@ -30,7 +30,10 @@ namespace {
 
 using BulletShapes = std::vector<std::unique_ptr<btCollisionShape>>;
 
-btVector3 to_bullet(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+/// A vector in SI units as Bullet's, divided by the unit it is measured in.
+btVector3 to_bullet(const Eigen::Vector3d& vector, double unit = 1.0) {
+  return {vector[0] / unit, vector[1] / unit, vector[2] / unit};
+}
 
 /// A convex solid as its farthest points; it has no margin.
 class ConvexSolid final : public btConvexInternalShape {
@@ -145,8 +148,7 @@ class ShapeOnPlane final : public btConvexPlaneCollisionAlgorithm {
       btVector3 end = capsule.getHalfHeight() * pose.getBasis().getColumn(2);
       const btManifoldPoint& own = deepest->getContactPoint(deepest->getNumContacts() - 1);
       if (end.dot(own.getPositionWorldOnB() - pose.getOrigin()) > 0.0) end = -end;
-      add(pose.getOrigin() + end, capsule.getRadius());
-      return;
+      return add(pose.getOrigin() + end, capsule.getRadius());
     }
     constexpr int directions = 8;
     constexpr btScalar slope = 0.1;
@@ -177,11 +179,6 @@ btDefaultCollisionConstructionInfo small_pools() {
   info.m_defaultMaxPersistentManifoldPoolSize = 64;
   info.m_defaultMaxCollisionAlgorithmPoolSize = 64;
   return info;
-}
-
-/// A vector in SI units as Bullet's, divided by the unit it is measured in.
-btVector3 to_bullet(const Eigen::Vector3d& vector, double unit) {
-  return {vector[0] / unit, vector[1] / unit, vector[2] / unit};
 }
 
 Eigen::Vector3d from_bullet(const btVector3& vector, double unit) {
@@ -307,7 +304,7 @@ class BulletWorld final : public EngineWorld {
     for (std::size_t i = 0; i < pulls_.size(); ++i) {
       const Springs::Pull pull = springs_.pull(i, 0, motion, angular_velocity_rad_per_s);
       const Eigen::Vector3d direction = pull.d_AB_W_m.normalized();
-      pulls_[i]->set_pull(pull.f_A_W_N.dot(direction) / units_.force_N(), to_bullet(direction, 1.0),
+      pulls_[i]->set_pull(pull.f_A_W_N.dot(direction) / units_.force_N(), to_bullet(direction),
                           to_bullet(pull.r_A_W_m, units_.length_m), to_bullet(pull.r_B_W_m, units_.length_m));
       world.addConstraint(pulls_[i].get());
     }
@@ -338,27 +335,25 @@ class BulletWorld final : public EngineWorld {
     }
     btRigidBody::btRigidBodyConstructionInfo info(moves ? mass_kg / units_.mass_kg : 0.0, nullptr, shape,
                                                   to_bullet(inertia, units_.inertia_kg_m2()));
-    bodies_.push_back(std::make_unique<btRigidBody>(info));
-    btRigidBody& made = *bodies_.back();
-    give_contact_properties(made, std::sqrt(contact_.restitution), friction_of_a_body_);
+    btRigidBody& made = *bodies_.emplace_back(std::make_unique<btRigidBody>(info));
+    give_contact_properties(made, friction_of_a_body_);
     made.setActivationState(DISABLE_DEACTIVATION);
     if (!moves) made.setCollisionFlags(made.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
   }
 
   /// Bullet multiplies those of two bodies.
-  void give_contact_properties(btRigidBody& body, double restitution, double friction) const {
-    body.setRestitution(is_resolving(contact_) ? restitution : 0.0);
+  void give_contact_properties(btRigidBody& body, double friction) const {
+    body.setRestitution(is_resolving(contact_) ? std::sqrt(contact_.restitution) : 0.0);
     body.setFriction(is_resolving(contact_) ? friction : 0.0);
   }
 
   void add_wall(const WallSpecification& wall) {
     require_at_rest(wall);
-    shapes_.push_back(std::make_unique<btStaticPlaneShape>(to_bullet(wall.normal, 1.0),
-                                                           wall.normal.dot(wall.point_m) / units_.length_m));
+    shapes_.push_back(
+        std::make_unique<btStaticPlaneShape>(to_bullet(wall.normal), wall.normal.dot(wall.point_m) / units_.length_m));
     walls_.push_back(
         std::make_unique<btRigidBody>(btRigidBody::btRigidBodyConstructionInfo(0.0, nullptr, shapes_.back().get())));
-    const double friction = wall.friction > 0.0 ? wall.friction / friction_of_a_body_ : 0.0;
-    give_contact_properties(*walls_.back(), std::sqrt(contact_.restitution), friction);
+    give_contact_properties(*walls_.back(), wall.friction > 0.0 ? wall.friction / friction_of_a_body_ : 0.0);
   }
 
   void add_joint(Eigen::Index body, const Kinematics& start) {
@@ -367,12 +362,10 @@ class BulletWorld final : public EngineWorld {
     const btTransform on_body = moving.getWorldTransform().inverse() * rail;
     auto joint =
         std::make_unique<btGeneric6DofSpring2Constraint>(btTypedConstraint::getFixedBody(), moving, rail, on_body);
-    constexpr int along = 0;
-    constexpr int about = 3;
+    constexpr int along = 0, about = 3;
     for (int freedom = 0; freedom < 6; ++freedom) {
       const bool free = freedom == along || freedom == about;
-      joint->setLimit(freedom, free ? 1.0 : 0.0,
-                      free ? -1.0 : 0.0);  // a lower limit above the upper one is none
+      joint->setLimit(freedom, free ? 1.0 : 0.0, free ? -1.0 : 0.0);  // a lower limit above the upper one is none
     }
     joints_.push_back(std::move(joint));
   }

@@ -90,7 +90,7 @@ JointTree joint_tree_of(const BodySetup& setup) {
 }
 
 /// name="…" with numbers that are read back bit for bit.
-template <typename Numbers>
+template <typename Numbers = std::initializer_list<double>>
 std::string attribute(const char* name, const Numbers& numbers) {
   std::ostringstream text;
   text.precision(std::numeric_limits<double>::max_digits10);
@@ -98,10 +98,6 @@ std::string attribute(const char* name, const Numbers& numbers) {
   for (const double number : numbers) text << number << ' ';
   text << '"';
   return text.str();
-}
-
-std::string attribute(const char* name, std::initializer_list<double> numbers) {
-  return attribute<std::initializer_list<double>>(name, numbers);
 }
 
 /// Constraints are solved until rounding ends that.

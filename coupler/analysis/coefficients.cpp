@@ -1,6 +1,5 @@
 #include "analysis/coefficients.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <fstream>

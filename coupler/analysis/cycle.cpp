@@ -7,11 +7,9 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
-#include <nlohmann/json.hpp>
 
 #include "analysis/cycle_observer.hpp"
 #include "analysis/swimmer_figures.hpp"
-#include "config/checks/checks.hpp"
 #include "geometry/rotation.hpp"
 
 namespace copepod::coupler {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <nlohmann/json_fwd.hpp>
 
 #include "config/sections/case.hpp"
 #include "config/sections/sections.hpp"

@@ -96,10 +96,8 @@ double power_with_rounded_omega_W(const Stroke& stroke, int first_body, const Ei
   const double on_leading = stroke.amplitude_N * std::sin(omega * (t - static_cast<double>(stroke.phase_lag_steps)));
   const std::array<double, 3> force_N{on_trailing, -(on_trailing + on_leading), on_leading};
   double power_W = 0.0;
-  for (int bead = 0; bead < 3; ++bead) {
-    const double speed = record.kinematics.velocity_m_per_s.col(first_body + bead).dot(axis);
-    power_W += force_N[bead] * speed;
-  }
+  for (int bead = 0; bead < 3; ++bead)
+    power_W += force_N[bead] * record.kinematics.velocity_m_per_s.col(first_body + bead).dot(axis);
   return power_W;
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <map>
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -165,32 +164,27 @@ void CheckpointStore::or_remove_draft(const std::function<void()>& write) const 
   }
 }
 
-std::vector<fs::path> CheckpointStore::newest_first() const {
+std::map<std::int64_t, fs::path, std::greater<>> CheckpointStore::newest_first() const {
   std::map<std::int64_t, fs::path, std::greater<>> by_step;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder_, error)) {
     const std::int64_t step = step_of_name(entry.path().filename().string());
     if (step >= 0) by_step[step] = entry.path();
   }
-  std::vector<fs::path> folders;
-  folders.reserve(by_step.size());
-  for (const auto& [step, path] : by_step) folders.push_back(path);
-  return folders;
+  return by_step;
 }
 
 void CheckpointStore::keep_two_up_to(std::int64_t newest) const {
   std::size_t used = 0;
-  for (const fs::path& folder : newest_first()) {
-    const bool is_later = step_of_name(folder.filename().string()) > newest;
-    if (is_later || (fs::is_directory(folder) && ++used > kept)) remove_checkpoint(folder);
-  }
+  for (const auto& [step, folder] : newest_first())
+    if (step > newest || (fs::is_directory(folder) && ++used > kept)) remove_checkpoint(folder);
 }
 
-FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
+FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> wanted) const {
   FoundCheckpoint found;
-  for (const fs::path& folder : newest_first()) {
-    if (const std::int64_t its = step_of_name(folder.filename().string()); step && its != *step) {
-      found.skipped.push_back("there is one of step " + std::to_string(its));
+  for (const auto& [step, folder] : newest_first()) {
+    if (step != wanted.value_or(step)) {
+      found.skipped.push_back("there is one of step " + std::to_string(step));
       continue;
     }
     std::string damage = find_damage(folder, case_key_);
@@ -198,7 +192,7 @@ FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
       try {
         found.state = read_state(folder);
         found.folder = folder;
-        damage = find_damage(found.state, step_of_name(folder.filename().string()), folder_.parent_path());
+        damage = find_damage(found.state, step, folder_.parent_path());
         if (damage.empty()) return found;
       } catch (const StorageError& error) {
         damage = error.what();
@@ -207,21 +201,20 @@ FoundCheckpoint CheckpointStore::find(std::optional<std::int64_t> step) const {
     found.skipped.push_back("checkpoint " + folder.string() + " is left out (" + damage + ")");
   }
   const std::string reasons = listed(found.skipped, "; ");
-  if (step) {
-    throw StorageError(folder_.string() + " holds no complete checkpoint of step " + std::to_string(*step) + " (" +
+  if (wanted)
+    throw StorageError(folder_.string() + " holds no complete checkpoint of step " + std::to_string(*wanted) + " (" +
                        (reasons.empty() ? "there is none" : reasons) + "). Name the step of another one.");
-  }
   throw StorageError(folder_.string() + " holds no checkpoint (none is complete" +
                      (reasons.empty() ? "" : "; " + reasons) +
                      "). Start from the beginning, or from a run that has one.");
 }
 
 std::uintmax_t CheckpointStore::newest_bytes() const {
-  const std::vector<fs::path> folders = newest_first();
+  const auto folders = newest_first();
   if (folders.empty()) return 0;
   std::uintmax_t bytes = 0;
   std::error_code error;  // it may be anything of that name
-  for (auto entry = fs::recursive_directory_iterator(folders.front(), error);
+  for (auto entry = fs::recursive_directory_iterator(folders.begin()->second, error);
        entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     if (entry->is_regular_file(error)) bytes += entry->file_size(error);
   }
@@ -230,8 +223,7 @@ std::uintmax_t CheckpointStore::newest_bytes() const {
 
 std::uintmax_t free_bytes(const fs::path& path) {
   std::error_code error;
-  const fs::space_info space = fs::space(path, error);
-  return error ? UINTMAX_MAX : space.available;
+  return fs::space(path, error).available;  // UINTMAX_MAX where there is none
 }
 
 }  // namespace copepod::coupler

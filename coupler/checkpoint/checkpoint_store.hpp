@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -99,16 +100,16 @@ class CheckpointStore {
   /// @throws StorageError; older checkpoints stay as they are
   void commit(std::int64_t step);
 
-  /// The newest complete, undamaged checkpoint of this case, or that before `step`; large ones take long to check.
+  /// The newest complete, undamaged checkpoint of this case, or that before `wanted`. Large ones take long.
   /// @throws StorageError if there is none
-  [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> step = {}) const;
+  [[nodiscard]] FoundCheckpoint find(std::optional<std::int64_t> wanted = {}) const;
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
   /// Bytes of the newest checkpoint, 0 if there is none; what the next one will need, more or less.
   [[nodiscard]] std::uintmax_t newest_bytes() const;
 
  private:
-  [[nodiscard]] std::vector<std::filesystem::path> newest_first() const;
+  [[nodiscard]] std::map<std::int64_t, std::filesystem::path, std::greater<>> newest_first() const;  ///< by step
   void keep_two_up_to(std::int64_t newest) const;
   void or_remove_draft(const std::function<void()>& write) const;
 

@@ -17,13 +17,6 @@ namespace copepod::coupler {
 
 namespace {
 
-/// Text for few bodies, HDF5 for many [docs/decisions/trajectories.md].
-void settle_trajectory(std::size_t bodies, OutputCase& output) {
-  constexpr std::size_t few = 100;
-  if (output.trajectory_format == TrajectoryFormat::by_bodies)
-    output.trajectory_format = bodies > few ? TrajectoryFormat::npy : TrajectoryFormat::csv;
-}
-
 /// The form of older versions.
 void refuse_forces(const Document& document) {
   const Value* forces = document.root().find("forces");
@@ -35,20 +28,15 @@ void refuse_forces(const Document& document) {
                     "signal: {kind: sinusoid, amplitude_N: …, period_steps: …, lag_steps: …}.");
 }
 
-void refuse_campaign(const Document& document) {
-  if (document.root().find("campaign") == nullptr) return;
-  throw CaseInvalid(
-      document.locate("campaign"),
-      "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its cases.");
-}
-
 LoadedCase read_one(const Document& document) {
   refuse_forces(document);
   Problems problems(document, case_keys);
   LoadedCase loaded;
   loaded.content = read_case(document, problems);
   loaded.assembly = assemble(loaded.content);
-  settle_trajectory(loaded.assembly.bodies.size(), loaded.content.output);
+  constexpr std::size_t few = 100;  // bodies, for which there is text [docs/decisions/trajectories.md]
+  if (TrajectoryFormat& format = loaded.content.output.trajectory_format; format == TrajectoryFormat::by_bodies)
+    format = loaded.assembly.bodies.size() > few ? TrajectoryFormat::npy : TrajectoryFormat::csv;
   check_case(loaded.content, loaded.assembly, problems);
   problems.throw_if_any();
   loaded.warnings = problems.warnings();
@@ -106,7 +94,10 @@ LoadedCase read_members(const Document& document, const Sweep& sweep) {
 }
 
 LoadedCase read_document(const Document& document) {
-  refuse_campaign(document);
+  if (document.root().find("campaign") != nullptr)
+    throw CaseInvalid(
+        document.locate("campaign"),
+        "the file is a campaign (a list of cases). Run it with `copepod campaign`, or name one of its cases.");
   const std::optional<Sweep> sweep = read_sweep(document);
   return sweep ? read_members(document, *sweep) : read_one(document);
 }

@@ -137,6 +137,7 @@ Party& Link::open_request(std::size_t number, MessageKind request, std::int64_t 
 
 void Link::await_reply(Party& party) {
   send_request(party);
+  party.liveness = on_request(party.liveness, patience_, party.resend_after_s, party.sent_s);
   while (party.session.waits()) attend(kSlice);
 }
 
@@ -144,7 +145,6 @@ void Link::await_reply(Party& party) {
 void Link::send_request(Party& party) {
   party.sent_s = now_s();
   party.resend_after_s = resend_after_s(patience_, party.request.size(), party.session.attempt);
-  party.liveness = on_request(party.liveness, patience_, party.resend_after_s, party.sent_s);
   router_->send(party.data_peer, party.request);
 }
 
@@ -250,9 +250,7 @@ void Link::send_again_if_lost(Party& party) {
   if (!was_lost(party.liveness, party.session.sequence, party.sent_s, party.resend_after_s)) return;
   party.session = ask_again(party.session);
   party.request = party.encoder.encode_again(party.session.attempt);
-  party.sent_s = now_s();
-  party.resend_after_s = resend_after_s(patience_, party.request.size(), party.session.attempt);
-  router_->send(party.data_peer, party.request);
+  send_request(party);
 }
 
 /// A message of this component that breaks the protocol, or numbers of its solver that are not finite.

@@ -58,10 +58,6 @@ SignalWatch::SignalWatch(RunSignals& signals) {
 
 SignalWatch::~SignalWatch() { watched.store(nullptr); }
 
-MeanSampling mean_sampling(const OutputCase& output) {
-  return {output.fields.mean_start, output.fields.mean_every_steps};
-}
-
 Checkpointer::Checkpointer(const CheckpointStore& store, Components& components, Ability able, const Case& the_case,
                            std::int64_t first_step, RunSignals& signals, Events& events)
     : store_(store),

@@ -33,7 +33,9 @@ class SignalWatch {
 };
 
 /// Which steps enter the mean field that a case asks for.
-MeanSampling mean_sampling(const OutputCase& output);
+inline MeanSampling mean_sampling(const OutputCase& output) {
+  return {output.fields.mean_start, output.fields.mean_every_steps};
+}
 
 /// Decides when a checkpoint is due: every so many steps, and every so many seconds of wall time.
 class CheckpointSchedule {

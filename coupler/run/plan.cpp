@@ -97,10 +97,8 @@ ordered_json make_notes(const LoadedCase& loaded) {
   ordered_json notes = ordered_json::array();
   note(notes, "step [s]", the_case.step_s);
   const FluidCase& fluid = the_case.fluid;
-  if (fluid.solver == FluidSolverChoice::lattice_boltzmann) {
-    note(notes, "relaxation time",
-         fluid.relaxation_time.value_or(
-             relaxation_time_from_step(the_case.step_s, fluid.cell_size_m, fluid.kinematic_viscosity_m2_per_s)));
+  if (on_lattice(the_case)) {
+    note(notes, "relaxation time", fluid.relaxation_time.value_or(relaxation_time(the_case)));
     note(notes, "viscosity [cells^2/step]",
          fluid.kinematic_viscosity_m2_per_s * the_case.step_s / (fluid.cell_size_m * fluid.cell_size_m));
   }
@@ -161,16 +159,14 @@ std::string in_hex(const Setup& setup) {
 std::int64_t coupler_bytes(const Case& the_case) {
   constexpr std::int64_t mebibyte = std::int64_t{1} << 20;
   const bool saves = the_case.output.checkpoint_every_steps > 0;
-  if (the_case.services.transport == in_process_transport) {  // fluid and bodies included, but not the cells
-    const bool has_cells = the_case.fluid.solver == FluidSolverChoice::lattice_boltzmann;
-    return (saves && has_cells ? 22 : 18) * mebibyte;
-  }
+  if (the_case.services.transport == in_process_transport)  // fluid and bodies included, but not the cells
+    return (saves && on_lattice(the_case) ? 22 : 18) * mebibyte;
   return (saves ? 13 : 12) * mebibyte;
 }
 
 /// Of one snapshot or mean, uncompressed [bytes].
 std::int64_t field_bytes(const Case& the_case) {
-  if (the_case.fluid.solver != FluidSolverChoice::lattice_boltzmann) return 0;
+  if (!on_lattice(the_case)) return 0;
   const FieldOutput& fields = the_case.output.fields;
   std::int64_t bytes = sizeof(std::int32_t);  // of a cell: the body that covers it
   for (const FieldQuantity quantity : fields.quantities) {

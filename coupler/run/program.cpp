@@ -76,22 +76,13 @@ std::optional<Branch> find_branch(const Options& options, const LoadedCase& load
   return plan_branch(options.branch_from, options.branch_step, loaded);
 }
 
-int run_plan(const Options& options, std::ostream& out) {
-  if (names_campaign(options.case_file)) {
-    out << make_campaign_plan(load_campaign(options.case_file, options.overrides)).dump() << std::endl;
-  } else {
-    const LoadedCase loaded = load_case(options.case_file, options.overrides);
-    const bool continues = find_branch(options, loaded) || options.resume;
-    nlohmann::ordered_json plan = make_plan(loaded, continues ? Beginning::resumed : Beginning::fresh);
-    if (options.surfaces) plan["surfaces"] = surfaces_of(loaded);
-    out << plan.dump() << std::endl;
-  }
-  return static_cast<int>(ExitCode::finished);
-}
-
-int print_schema(const std::string& of, std::ostream& out) {
-  out << (of == "case" ? case_schema() : campaign_schema()).dump(1) << std::endl;
-  return static_cast<int>(ExitCode::finished);
+nlohmann::ordered_json plan_of(const Options& options) {
+  if (names_campaign(options.case_file)) return make_campaign_plan(load_campaign(options.case_file, options.overrides));
+  const LoadedCase loaded = load_case(options.case_file, options.overrides);
+  const bool continues = find_branch(options, loaded) || options.resume;
+  nlohmann::ordered_json plan = make_plan(loaded, continues ? Beginning::resumed : Beginning::fresh);
+  if (options.surfaces) plan["surfaces"] = surfaces_of(loaded);
+  return plan;
 }
 
 int run_case(const Options& options, std::ostream& out, const MakeComponents& make_components, RunSignals& signals) {
@@ -116,7 +107,6 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
   if (loaded.content.output.wire) with_recording.wire_file = directory.new_wire_file();
   const std::unique_ptr<Components> components = make_components(with_recording, loaded.content, signals);
   CaseRun run(loaded, directory, *components, events, signals);
-  FailureReport failure;
   try {
     const Beginning beginning = options.resume ? Beginning::resumed : branch ? Beginning::branched : Beginning::fresh;
     run.run(beginning, branch, [&](const std::map<std::string, Capabilities>& all, std::int64_t first_step) {
@@ -130,15 +120,15 @@ int run_case(const Options& options, std::ostream& out, const MakeComponents& ma
     events.finished(directory.summary().string());
     return static_cast<int>(ExitCode::finished);
   } catch (const std::exception& error) {
-    failure = report_of(error, run.step());
+    const FailureReport failure = report_of(error, run.step());
+    components->abort(failure);
+    spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step,
+                  failure.reason);
+    events.failure(failure);
+    provenance.set_notices(run.notices());
+    provenance.write_end(failure.code, failure.reason);
+    return static_cast<int>(failure.code);
   }
-  components->abort(failure);
-  spdlog::error("{} on {}, rank {}, step {}: {}", failure.component, failure.host, failure.rank, failure.step,
-                failure.reason);
-  events.failure(failure);
-  provenance.set_notices(run.notices());
-  provenance.write_end(failure.code, failure.reason);
-  return static_cast<int>(failure.code);
 }
 
 }  // namespace
@@ -166,10 +156,7 @@ FailureReport report_of(const std::exception& error, std::int64_t step) {
 Options parse_command_line(int argc, const char* const* argv) {
   CLI::App app{"Copepod coupler: holds the coupling algorithm between a fluid and a body service."};
   Options options;
-  std::string plan;
-  std::string run;
-  std::string fluid;
-  std::string body;
+  std::string plan, run, fluid, body;
   int ranks = 0;
   app.set_version_flag("--version", build_info().version);
   auto* plan_option = app.add_option("--plan", plan, "Check a case or campaign file and print it as JSON");
@@ -223,9 +210,10 @@ int run_program(int argc, const char* const* argv, std::ostream& out, std::ostre
                 const MakeComponents& make_components) {
   try {
     const Options options = parse_command_line(argc, argv);
-    if (options.action == Options::Action::nothing) return static_cast<int>(ExitCode::finished);
-    if (options.action == Options::Action::plan) return run_plan(options, out);
-    if (options.action == Options::Action::schema) return print_schema(options.schema, out);
+    if (options.action == Options::Action::plan) out << plan_of(options).dump() << std::endl;
+    if (options.action == Options::Action::schema)
+      out << (options.schema == "case" ? case_schema() : campaign_schema()).dump(1) << std::endl;
+    if (options.action != Options::Action::run) return static_cast<int>(ExitCode::finished);
     raise_limit_of_open_files();
     RunSignals signals;
     const SignalWatch watch(signals);

@@ -100,7 +100,12 @@ FoundCheckpoint CaseRun::find_checkpoint(const CheckpointStore& store, std::opti
   components_.stay_in_touch_during([&] { found = store.find(wanted); });
   for (const std::string& reason : found.skipped) notice(reason);
   require_same_components(found.state);
-  notice_missing_samples(found.state);
+  // A run may be resumed with another mean field; the fluid then starts its sums anew.
+  const FieldOutput& fields = loaded_.content.output.fields;
+  const bool has_begun = fields.mean_stop > 0 && fields.mean_start < found.state.step;
+  if (has_begun && found.state.mean != mean_sampling(loaded_.content.output))
+    notice("The mean field lacks its samples up to step " + std::to_string(found.state.step) +
+           " (the previous run used others). Resume with its output.fields, or start again.");
   spdlog::info("resuming at step {}", found.state.step);
   return found;
 }
@@ -125,15 +130,6 @@ void CaseRun::require_same_components(const CouplerState& state) const {
   };
   require("fluid", state.fluid_component, components_.fluid_capabilities().name);
   require("body", state.body_component, components_.body_capabilities().name);
-}
-
-/// A run may be resumed with another mean field; the fluid then starts its sums anew.
-void CaseRun::notice_missing_samples(const CouplerState& state) {
-  const OutputCase& output = loaded_.content.output;
-  const bool has_begun = output.fields.mean_stop > 0 && output.fields.mean_start < state.step;
-  if (!has_begun || state.mean == mean_sampling(output)) return;
-  notice("The mean field lacks its samples up to step " + std::to_string(state.step) +
-         " (the previous run used others). Resume with its output.fields, or start again.");
 }
 
 void CaseRun::make_solvers(BodySetup body, const std::optional<FoundCheckpoint>& checkpoint) {

@@ -125,7 +125,6 @@ class CaseRun {
   [[nodiscard]] CheckpointStore own_checkpoints() const;
   void require_own_samples(const Branch& branch, std::int64_t step) const;
   void require_same_components(const CouplerState& state) const;
-  void notice_missing_samples(const CouplerState& state);
   void notice(const std::string& text);
   void connect();
   /// @param resumes  whether what was measured up to the checkpoint counts; if not, it is measured from there on

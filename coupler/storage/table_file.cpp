@@ -18,9 +18,7 @@
 namespace copepod::coupler {
 namespace {
 
-constexpr const char* npy_suffix = ".npy";
-
-std::uint64_t head_of(const std::string& path) { return path.ends_with(npy_suffix) ? NpyFile::head_bytes : 0; }
+std::uint64_t head_of(const std::string& path) { return path.ends_with(".npy") ? NpyFile::head_bytes : 0; }
 
 std::string start_of_npy_head(const std::string& type) {
   constexpr std::uint64_t before_text = 10;

@@ -76,13 +76,6 @@ spdlog::sink_ptr make_sink(const std::string& file) {
 
 }  // namespace
 
-std::string capabilities_as_json(session::Role role, const Capabilities& capabilities) {
-  const nlohmann::json json = {{"name", capabilities.name},
-                               {"version", capabilities.version},
-                               {"role", std::string(name_of(role))},
-                               {"features", capabilities.features}};
-  return json.dump();
-}
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
                                      const EstimateText& estimate, const BodiesText& bodies) {
   const CLI::Range seconds(0.1, 1e6);
@@ -121,7 +114,13 @@ ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, 
       return static_cast<int>(asked_for_help ? ExitCode::finished : ExitCode::bad_case);
     });
   }
-  if (only_capabilities) return end_with([json = capabilities_as_json(role, capabilities)] { return print(json); });
+  if (only_capabilities) {
+    const nlohmann::json json = {{"name", capabilities.name},
+                                 {"version", capabilities.version},
+                                 {"role", name_of(role)},
+                                 {"features", capabilities.features}};
+    return end_with([text = json.dump()] { return print(text); });
+  }
   if (only_estimate)
     return end_with([estimate, ranks] {
       return print_answer(estimate, "this component does not estimate (it does not announce it). Leave --estimate out.",

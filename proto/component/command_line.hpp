@@ -47,9 +47,6 @@ struct ParsedCommandLine {
 ParsedCommandLine parse_command_line(int argc, char** argv, session::Role role, const Capabilities& capabilities,
                                      const EstimateText& estimate = {}, const BodiesText& bodies = {});
 
-/// {"name": …, "version": …, "role": "fluid", "features": […]} in one line.
-std::string capabilities_as_json(session::Role role, const Capabilities& capabilities);
-
 /// The log of this process: one file, every line with time, level, role, rank and coupling step. It also
 /// becomes spdlog's default logger, so that solvers may use spdlog::info and the like.
 /// @param vitals  shared, since the logger lives as long as the process

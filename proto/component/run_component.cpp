@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <nlohmann/json.hpp>
-#include <spdlog/spdlog.h>
 
 #include "component/command_line.hpp"
 #include "component/control_lane.hpp"
@@ -75,12 +74,10 @@ int run_served(int argc, char** argv, ServedSolver& solver, Capabilities capabil
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   try {
     return static_cast<int>(serve(solver, capabilities, ranks, context, *parsed.options));
-  } catch (const Error& error) {
-    std::cerr << "error: " << error.what() << std::endl;
-    return static_cast<int>(error.code());
   } catch (const std::exception& error) {
     std::cerr << "error: " << error.what() << std::endl;
-    return static_cast<int>(ExitCode::solver_failed);
+    const auto* const ours = dynamic_cast<const Error*>(&error);
+    return static_cast<int>(ours == nullptr ? ExitCode::solver_failed : ours->code());
   }
 }
 

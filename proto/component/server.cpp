@@ -54,7 +54,8 @@ Server::Server(transport::Dealer& dealer, ServedSolver& solver, Vitals& vitals, 
 ExitCode Server::run() noexcept {
   try {
     shake_hands();
-    serve();
+    while (!has_ended(session_.state))
+      if (wait_for_message(kRepeatHello_s)) handle(frame_);
     if (session_.state == State::done) stay_for_repeated_goodbyes();
   } catch (const Error& error) {
     give_up(error.code(), error.what());
@@ -89,11 +90,6 @@ void Server::shake_hands() {
     if (wait_for_message(kRepeatHello_s)) handle(frame_);
     if (session_.state == State::orphaned) return;
   }
-}
-
-void Server::serve() {
-  while (!has_ended(session_.state))
-    if (wait_for_message(kRepeatHello_s)) handle(frame_);
 }
 
 /// The last reply may get lost, and the coupler may ask again; it closes the connection after receiving it. A
@@ -132,29 +128,24 @@ void Server::handle(const transport::Frame& frame) {
   } catch (const conversion::DamagedMessage& damage) {
     log_.warn("Ignored a message, the coupler will send it again: {}", damage.what());
   } catch (const Error& error) {
-    fail(report(error.code(), error.what(), error.rank(), error.step()));
+    fail(error.code(), error.what(), error.rank(), error.step());
   } catch (const std::bad_alloc&) {
-    fail(report(ExitCode::solver_failed, "Memory ran out (the case is too large). Use more hosts or a smaller domain.",
-                0, -1));
+    fail(ExitCode::solver_failed, "Memory ran out (the case is too large). Use more hosts or a smaller domain.");
   } catch (const std::exception& error) {
-    fail(report(ExitCode::solver_failed, error.what(), 0, -1));
+    fail(ExitCode::solver_failed, error.what());
   }
 }
 
 void Server::act(const Action& action) {
   switch (action.kind) {
     case Action::Kind::ignore:
-      log_.warn("Ignored a {}: {}.", name_of(decoder_.kind()), action.reason);
-      return;
+      return log_.warn("Ignored a {}: {}.", name_of(decoder_.kind()), action.reason);
     case Action::Kind::repeat_reply:
-      send(last_reply_);
-      return;
+      return send(last_reply_);
     case Action::Kind::refuse:
-      fail(report(ExitCode::refused, action.reason, 0, -1));
-      return;
+      return fail(ExitCode::refused, action.reason);
     case Action::Kind::work:
-      do_work(action);
-      return;
+      return do_work(action);
   }
 }
 
@@ -212,16 +203,12 @@ void Server::send(std::span<const std::byte> bytes) {
                         vitals_.step.load());
 }
 
-FailureReport Server::report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const {
-  const std::int64_t current_step = vitals_.step.load();
-  return {code, hello_.party(), hello_.host, rank, step >= 0 ? step : current_step, reason};
-}
-
 /// Reports to the coupler and ends. An exception due to a stop request is not a failure of the solver.
-void Server::fail(const FailureReport& report) {
+void Server::fail(ExitCode code, const std::string& reason, int rank, std::int64_t step) {
+  const FailureReport report{code, hello_.party(), hello_.host, rank, step >= 0 ? step : vitals_.step.load(), reason};
   const bool stopping = vitals_.context.stop_requested() != 0;
-  exit_code_ = stopping ? static_cast<ExitCode>(vitals_.context.stop_requested()) : report.code;
-  log_.error("{}", report.reason);
+  exit_code_ = stopping ? static_cast<ExitCode>(vitals_.context.stop_requested()) : code;
+  log_.error("{}", reason);
   const bool has_session = session_.state != State::connected && session_.session_id != 0;
   session_.state = State::failed;
   if (!stopping && has_session) send(handshake_.encode(header(0), report));

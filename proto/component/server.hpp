@@ -128,7 +128,6 @@ class Server {
 
  private:
   void shake_hands();
-  void serve();
   void stay_for_repeated_goodbyes();
   void handle(const transport::Frame& frame);
   void act(const session::Action& action);
@@ -137,8 +136,8 @@ class Server {
   void enter(session::Phase phase);
   void send(std::span<const std::byte> bytes);
   void give_up(ExitCode code, const char* reason);
-  void fail(const FailureReport& report);
-  [[nodiscard]] FailureReport report(ExitCode code, const std::string& reason, int rank, std::int64_t step) const;
+  /// @param step  negative: the current one
+  void fail(ExitCode code, const std::string& reason, int rank = 0, std::int64_t step = -1);
   [[nodiscard]] session::Header header(std::uint64_t sequence) const {
     return {.session_id = session_.session_id, .epoch = session_.epoch, .sequence = sequence};
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "contract/words.hpp"
 #include "session/messages.hpp"
 
 namespace copepod::session {
@@ -135,20 +136,11 @@ constexpr std::string_view name_of(LocalEvent event) {
 }
 
 constexpr std::string_view name_of(Work work) {
-  constexpr std::array<std::string_view, 13> names = {"none",
-                                                      "accept the welcome",
-                                                      "make the solver",
-                                                      "read the state",
-                                                      "send the kinematics",
-                                                      "compute loads, reply, bulk update",
-                                                      "advance bodies",
-                                                      "decide the action",
-                                                      "write the state",
-                                                      "send the summary",
-                                                      "confirm the end",
-                                                      "report the failure",
-                                                      "end the process"};
-  return names[static_cast<std::size_t>(work)];
+  constexpr auto names =
+      words<Work>("none", "accept the welcome", "make the solver", "read the state", "send the kinematics",
+                  "compute loads, reply, bulk update", "advance bodies", "decide the action", "write the state",
+                  "send the summary", "confirm the end", "report the failure", "end the process");
+  return names[static_cast<std::size_t>(work)].name;
 }
 
 }  // namespace copepod::session

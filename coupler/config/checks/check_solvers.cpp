@@ -30,12 +30,11 @@ double plane_height_m(const FluidCase& fluid) {
 void check_plane(const FluidCase& fluid, const Assembly& assembly, Problems& problems) {
   const std::string plane = std::string("no_slip_plane ") + name_of(plane_names, fluid.no_slip_plane);
   const bool high = fluid.no_slip_plane % 2 == 1;
-  if (high && plane_height_m(fluid) == 0.0) {
-    problems.error("fluid.no_slip_plane", plane +
-                                              " has no position (the high faces are at the end of the domain). Give "
-                                              "fluid.domain_cells and fluid.cell_size_m, or use a low face.");
-    return;
-  }
+  if (high && plane_height_m(fluid) == 0.0)
+    return problems.error("fluid.no_slip_plane",
+                          plane +
+                              " has no position (the high faces are at the end of the domain). Give "
+                              "fluid.domain_cells and fluid.cell_size_m, or use a low face.");
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     const BodySpecification& body = assembly.bodies[i];
     const double above_m = body.position_m[fluid.no_slip_plane / 2] - plane_height_m(fluid);

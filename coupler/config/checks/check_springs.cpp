@@ -262,11 +262,9 @@ void check_stiffness(const Case& the_case, const Assembly& assembly, Problems& p
 void check_joints(const Case& the_case, const Assembly& assembly, Problems& problems) {
   if (the_case.joints.empty()) return;
   const auto named_world = std::ranges::find(assembly.bodies, NamedJoint::world, &BodySpecification::name);
-  if (named_world != assembly.bodies.end()) {
-    problems.error(assembly.body_paths[named_world - assembly.bodies.begin()],
-                   "a body has the name 'world' (in joints it means no body). Rename it.");
-    return;
-  }
+  if (named_world != assembly.bodies.end())
+    return problems.error(assembly.body_paths[named_world - assembly.bodies.begin()],
+                          "a body has the name 'world' (in joints it means no body). Rename it.");
   std::set<std::string> names;
   for (std::size_t i = 0; i < the_case.joints.size(); ++i) {
     const std::string path = "joints." + std::to_string(i);

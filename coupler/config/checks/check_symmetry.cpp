@@ -50,18 +50,16 @@ void check_symmetric_faces(const Plane& plane, Problems& problems) {
                                               " cells along " + plane.name + " (" + plane.text +
                                               " must lie between two cells). Use an even number.");
   }
-  if (plane.fluid.boundaries[low].kind == BoundaryKind::periodic) {
-    problems.reject(face_path(low),
-                    "is periodic across " + plane.text +
-                        " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
-    return;
-  }
+  if (plane.fluid.boundaries[low].kind == BoundaryKind::periodic)
+    return problems.reject(
+        face_path(low),
+        "is periodic across " + plane.text +
+            " (both together mirror the flow at the outer face too). Use free_slip, which is the same.");
   for (std::size_t face = 0; face < 6; ++face) {
     if (plane.mirrors(face)) continue;
-    problems.reject(face_path(face),
-                    "is not its own mirror image about " + plane.text +
-                        " (the flow could not be symmetric). Remove the plane or make the faces alike.");
-    return;
+    return problems.reject(face_path(face),
+                           "is not its own mirror image about " + plane.text +
+                               " (the flow could not be symmetric). Remove the plane or make the faces alike.");
   }
 }
 
@@ -75,13 +73,12 @@ void check_symmetric_vector(const Eigen::Vector3d& vector, const std::string& pa
 
 /// Without cells bodies on a plane are computed whole, which is the same, but no mirror images.
 void check_images_not_computed(const Assembly& assembly, const Plane& plane, Problems& problems) {
-  if (plane.middle_m == 0.0) {
-    problems.error("fluid.symmetry_planes",
-                   plane.text +
-                       " has no position (it passes through the middle of the domain). Give fluid.domain_cells and "
-                       "fluid.cell_size_m, or remove the plane.");
-    return;
-  }
+  if (plane.middle_m == 0.0)
+    return problems.error(
+        "fluid.symmetry_planes",
+        plane.text +
+            " has no position (it passes through the middle of the domain). Give fluid.domain_cells and "
+            "fluid.cell_size_m, or remove the plane.");
   for (std::size_t i = 0; i < assembly.bodies.size(); ++i) {
     if (plane.holds(assembly.bodies[i])) continue;
     problems.error(assembly.body_paths[i], "body '" + assembly.bodies[i].name + "' lies beside " + plane.text +
@@ -138,11 +135,9 @@ void check_symmetric_joint(const auto& joint, const std::string& what, const std
   if (joint.body_A < 0 || joint.body_B < 0) return;
   const BodySpecification& A = assembly.bodies[joint.body_A];
   const BodySpecification& B = assembly.bodies[joint.body_B];
-  if (plane.holds(A) != plane.holds(B)) {
-    problems.error(path, what + " ties '" + A.name + "' to '" + B.name + "', only one of which lies on " + plane.text +
-                             " (its mirror image is not computed). Remove the plane.");
-    return;
-  }
+  if (plane.holds(A) != plane.holds(B))
+    return problems.error(path, what + " ties '" + A.name + "' to '" + B.name + "', only one of which lies on " +
+                                    plane.text + " (its mirror image is not computed). Remove the plane.");
   if (!plane.holds(A)) return;
   const double off_A_m = std::abs(in_world(A, joint.anchor_A_m)[plane.axis]);
   const double off_B_m = std::abs(in_world(B, joint.anchor_B_m)[plane.axis]);

@@ -1,4 +1,3 @@
-
 #include <algorithm>
 #include <cmath>
 
@@ -161,12 +160,11 @@ void check_damping(const Case& the_case, const Assembly& assembly, Problems& pro
     const double longest_s =
         0.6 * damping_time_s(body, the_case.fluid) * (1.0 + 2.0 * masses.mass_kg[i] / body.mass_kg);
     if (the_case.step_s < longest_s) continue;
-    problems.error(
+    return problems.error(
         "step_s",
         fmt::format("step_s is {} s (the drag on body '{}' makes it diverge above {} s). Use {}a smaller step.",
                     rounded_text(the_case.step_s), body.name, rounded_text(longest_s),
                     has_model(the_case) ? "" : "coupling.virtual_mass: auto, or "));
-    return;
   }
 }
 

@@ -111,13 +111,6 @@ void add_swimmer_arms(const Swimmer& swimmer, int first_body, const std::string&
 
 using BodyNumbers = std::unordered_map<std::string, int>;
 
-/// Of two bodies with one name, an error, the first counts.
-BodyNumbers numbers_of(const std::vector<BodySpecification>& bodies) {
-  BodyNumbers numbers;
-  for (std::size_t i = 0; i < bodies.size(); ++i) numbers.emplace(bodies[i].name, static_cast<int>(i));
-  return numbers;
-}
-
 int number_of(const BodyNumbers& numbers, const std::string& name) {
   const auto found = numbers.find(name);
   return found == numbers.end() ? -1 : found->second;
@@ -205,13 +198,6 @@ void add_case_actuators(const Case& the_case, const BodyNumbers& numbers, Assemb
   }
 }
 
-void add_case_groups(const Case& the_case, const BodyNumbers& numbers, Assembly& assembly) {
-  for (const NamedGroup& named : the_case.groups) {
-    std::vector<int>& bodies = assembly.groups.emplace_back();
-    for (const std::string& name : named.bodies) bodies.push_back(number_of(numbers, name));
-  }
-}
-
 }  // namespace
 
 Assembly assemble(const Case& the_case) {
@@ -220,8 +206,7 @@ Assembly assemble(const Case& the_case) {
     const Swimmer& swimmer = the_case.swimmers[i];
     const std::string path = path_of_swimmer(the_case, i);
     add_swimmer_bodies(swimmer, path, assembly);
-    const int first_body = assembly.first_bodies.back();
-    add_swimmer_arms(swimmer, first_body, path, assembly);
+    add_swimmer_arms(swimmer, assembly.first_bodies.back(), path, assembly);
   }
   for (std::size_t i = 0; i < the_case.bodies.size(); ++i) {
     const std::optional<Signal>& signal = the_case.bodies[i].signal;
@@ -229,8 +214,13 @@ Assembly assemble(const Case& the_case) {
     assembly.bodies.push_back(referred_to_centre_of_mass(the_case.bodies[i]));
     assembly.body_paths.push_back("bodies." + std::to_string(i));
   }
-  const BodyNumbers numbers = numbers_of(assembly.bodies);
-  add_case_groups(the_case, numbers, assembly);
+  BodyNumbers numbers;  // if two bodies share a name, which is an error, the first one counts
+  for (std::size_t i = 0; i < assembly.bodies.size(); ++i)
+    numbers.emplace(assembly.bodies[i].name, static_cast<int>(i));
+  for (const NamedGroup& named : the_case.groups) {
+    std::vector<int>& bodies = assembly.groups.emplace_back();
+    for (const std::string& name : named.bodies) bodies.push_back(number_of(numbers, name));
+  }
   add_case_springs_and_bends(the_case, numbers, assembly);
   add_case_joints(the_case, numbers, assembly);
   add_case_actuators(the_case, numbers, assembly);

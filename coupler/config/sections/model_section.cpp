@@ -101,28 +101,24 @@ void declare_model(Keys& keys, BodyCase& body) {
 void read_bodies_of_model(Case& the_case, Problems& problems) {
   const std::string path = "body.model";
   if (problems.any_under("body")) return;
-  if (the_case.body.solver != BodySolverChoice::mujoco && the_case.services.body_command.empty()) {
-    problems.reject(path, std::string("is given with solver: ") + name_of(body_solver_names, the_case.body.solver) +
-                              " (it reads no models). Use solver: mujoco.");
-    return;
-  }
+  if (the_case.body.solver != BodySolverChoice::mujoco && the_case.services.body_command.empty())
+    return problems.reject(path, std::string("is given with solver: ") +
+                                     name_of(body_solver_names, the_case.body.solver) +
+                                     " (it reads no models). Use solver: mujoco.");
   const ModelSpecification& model = the_case.body.model;
   std::string command = program_of(the_case) + " --bodies --units";
   for (const double unit : {model.length_m, model.mass_kg, model.time_s})
     command.append(" ").append(nlohmann::json(unit).dump());
   const Answer answer = answer_of(command + " < " + shell_word(the_case.body.model_file));
-  if (!answer.succeeded) {
-    problems.reject(path, "is '" + the_case.body.model_file + "': " + reason_in(answer.text));
-    return;
-  }
+  if (!answer.succeeded)
+    return problems.reject(path, "is '" + the_case.body.model_file + "': " + reason_in(answer.text));
   const Document document = Document::parse(answer.text, the_case.body.model_file, {});
   Keys found(&document.root(), path, problems);
   std::vector<SingleBody> bodies;
   std::vector<NamedJoint> joints;
-  found.list<SingleBody>("bodies", bodies, "",
-                         [&](Keys& below, SingleBody& body) { declare(below, body, the_case.step_s); });
-  found.list<NamedJoint>("joints", joints, "",
-                         [&](Keys& below, NamedJoint& joint) { declare(below, joint, the_case.step_s); });
+  const auto item = [&](Keys& below, auto& each) { declare(below, each, the_case.step_s); };
+  found.list("bodies", bodies, "", item);
+  found.list("joints", joints, "", item);
   the_case.bodies.insert(the_case.bodies.end(), bodies.begin(), bodies.end());
   the_case.joints.insert(the_case.joints.end(), joints.begin(), joints.end());
   std::vector<std::string> controls;

@@ -4,7 +4,6 @@
 #include <numbers>
 #include <utility>
 
-#include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "config/placement/placement.hpp"
@@ -195,14 +194,12 @@ void settle_count(Keys& section, Swarm& swarm) {
     double swimmer_m3 = 0.0;
     for (const Bead& bead : swarm.swimmer.beads) swimmer_m3 += volume_m3(bead.shape);
     const double count = std::round(*swarm.volume_fraction * region_m3 / swimmer_m3);
-    if (count >= 1.0 && count <= static_cast<double>(most_swimmers)) {
-      swarm.count = static_cast<std::size_t>(count);
-    } else {
-      section.reject("volume_fraction", "is " + rounded_text(*swarm.volume_fraction) + " (" + rounded_text(count) +
-                                            " swimmers; one to " + std::to_string(most_swimmers) +
-                                            " are placed). Use another fraction or region.");
-      return;
-    }
+    if (!(count >= 1.0 && count <= static_cast<double>(most_swimmers)))
+      return section.reject("volume_fraction", "is " + rounded_text(*swarm.volume_fraction) + " (" +
+                                                   rounded_text(count) + " swimmers; one to " +
+                                                   std::to_string(most_swimmers) +
+                                                   " are placed). Use another fraction or region.");
+    swarm.count = static_cast<std::size_t>(count);
   }
   double largest_m = 0.0;
   for (const Bead& bead : swarm.swimmer.beads) largest_m = std::max(largest_m, bead.shape.radius_m);

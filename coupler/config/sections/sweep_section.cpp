@@ -85,10 +85,9 @@ void check_lengths(const Sweep& sweep, Keys& section) {
   const SweptKey& first = sweep.parameters.front();
   for (const SweptKey& other : sweep.parameters) {
     if (other.values.size() == first.values.size()) continue;
-    section.reject("combine", "is zip, but " + first.key + " has " + std::to_string(first.values.size()) +
-                                  " values and " + other.key + " has " + std::to_string(other.values.size()) +
-                                  " (each run takes one of both). Give both as many, or write combine: grid.");
-    return;
+    return section.reject("combine", "is zip, but " + first.key + " has " + std::to_string(first.values.size()) +
+                                         " values and " + other.key + " has " + std::to_string(other.values.size()) +
+                                         " (each run takes one of both). Give both as many, or write combine: grid.");
   }
 }
 
@@ -109,9 +108,8 @@ void check_twins(const Sweep& sweep, Keys& section) {
   std::set<std::string> known;
   for (std::size_t member = 0; member < member_count(sweep); ++member) {
     if (known.insert(member_text(sweep, member)).second) continue;
-    section.reject("parameters", "have " + member_text(sweep, member) +
-                                     " twice (the same run would be made again). Leave one of them out.");
-    return;
+    return section.reject("parameters", "have " + member_text(sweep, member) +
+                                            " twice (the same run would be made again). Leave one of them out.");
   }
 }
 

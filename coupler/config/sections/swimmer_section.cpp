@@ -172,12 +172,10 @@ void place_chain(Keys& keys, Swimmer& result, const std::vector<RestLength>& res
     const auto arm = std::find_if(result.arms.begin(), result.arms.end(), joins);
     const RestLength rest =
         arm == result.arms.end() ? RestLength{} : rests[static_cast<std::size_t>(arm - result.arms.begin())];
-    if (!rest.gap_m && !rest.length_m) {
-      keys.reject("beads", "have no position_m, and no arm with a rest_gap_m joins '" + beads[i].name + "' to '" +
-                               beads[i + 1].name +
-                               "' (a chain follows from its arms). Give the arm, or the places of all beads.");
-      return;
-    }
+    if (!rest.gap_m && !rest.length_m)
+      return keys.reject("beads", "have no position_m, and no arm with a rest_gap_m joins '" + beads[i].name +
+                                      "' to '" + beads[i + 1].name +
+                                      "' (a chain follows from its arms). Give the arm, or the places of all beads.");
     beads[i + 1].position_m.z() = beads[i].position_m.z() + rest_length_m(rest, beads[i], beads[i + 1]);
   }
   const double origin_m = 0.5 * (beads[(beads.size() - 1) / 2].position_m.z() + beads[beads.size() / 2].position_m.z());

@@ -359,34 +359,26 @@ void Keys::items(const Key& key, std::size_t count, const char* description,
 
 std::vector<std::string> split_command(const std::string& command) {
   std::vector<std::string> words;
-  std::string word;
   bool inside = false;
+  const auto word = [&]() -> std::string& { return std::exchange(inside, true) ? words.back() : words.emplace_back(); };
   char quote = 0;
   for (std::size_t i = 0; i < command.size(); ++i) {
     const char c = command[i];
     if (c == '\\' && quote != '\'' && i + 1 < command.size()) {
-      word += command[++i];
-      inside = true;
-    } else if (quote != 0) {
-      if (c == quote)
-        quote = 0;
-      else
-        word += c;
-    } else if (c == '"' || c == '\'') {
+      word() += command[++i];
+    } else if (quote != 0 && c == quote) {
+      quote = 0;
+    } else if (quote == 0 && (c == '"' || c == '\'')) {
       quote = c;
-      inside = true;
-    } else if (c == ' ' || c == '\t') {
-      if (inside) words.push_back(word);
-      word.clear();
+      word();  // perhaps an empty one
+    } else if (quote == 0 && (c == ' ' || c == '\t')) {
       inside = false;
     } else {
-      word += c;
-      inside = true;
+      word() += c;
     }
   }
   if (quote != 0)
     throw CaseError("'" + command + "' opens a quote that never closes (where does the word end?). Close it.");
-  if (inside) words.push_back(word);
   return words;
 }
 
