@@ -36,17 +36,18 @@ Exits::Exits(const BodySetup& setup, const BodyModel& model) {
 }
 
 void Exits::remove_bodies(const Eigen::Matrix3Xd& before_m, MotionState& state) const {
-  for (const auto& [body, radius_m, depth_m] : free_to_go_) {
+  for (const FreeToGo& each : free_to_go_) {
+    const Eigen::Index body = each.body;
     auto position_m = state.position_m.col(body);
     const auto was_removed = [&](const WallSpecification& exit) { return height_m(exit, before_m.col(body)) < 0.0; };
     if (std::ranges::any_of(exits_, was_removed)) {
       position_m = before_m.col(body);
       state.velocity_m_per_s.col(body).setZero();
     } else {
-      const auto reached = [&](const WallSpecification& exit) { return height_m(exit, position_m) <= radius_m; };
+      const auto reached = [&](const WallSpecification& exit) { return height_m(exit, position_m) <= each.radius_m; };
       const auto exit = std::ranges::find_if(exits_, reached);
       if (exit == exits_.end()) continue;
-      position_m -= (height_m(*exit, position_m) + depth_m) * exit->normal;
+      position_m -= (height_m(*exit, position_m) + each.depth_m) * exit->normal;
     }
     state.angular_momentum_N_m_s.col(body).setZero();
   }
