@@ -182,15 +182,15 @@ def _interrupted(base, folder, step):
 
 def differences(base, other, way):
     """Names of what differs. Runs that fail must do so at the same step for the same reason, but for the cell that a
-    rank found and the rows that a table got before. A stepped run may find later that its flow diverged: it writes no
-    checkpoints, before which all cells are looked at."""
+    rank found and the rows that a table got before. A stepped run may find at another step that its flow diverged: it
+    has snapshots in place of checkpoints, before both of which all cells are looked at."""
     if base.code != other.code:
         return [f"exit code {base.code} and {other.code} ({other.reason or base.reason})"]
     if base.code not in (0, 70):
         return [f"exit code {base.code} ({base.reason})"]
     found = ["digest"] if base.digest != other.digest else []
-    is_later = way.transport.startswith("stepped") and base.code == 70 and int(other.step or 0) > int(base.step or 0)
-    if is_later and base.reason.startswith("the flow diverged"):
+    diverged = all(run.code == 70 and run.reason.startswith("the flow diverged") for run in (base, other))
+    if diverged and way.transport.startswith("stepped"):
         return []
     if base.step != other.step or _without_numbers(base.reason) != _without_numbers(other.reason):
         found.append(f"failure (step {base.step}: {base.reason}; step {other.step}: {other.reason})")

@@ -22,8 +22,8 @@ def main():
     settings = settings[:-1] if services else settings
     choose = random.Random(int(seed))
     steps = copepod.Case.load(case)["run.steps"]
-    with copepod.Simulation(case, directory, set=settings, services=services) as sim:
-        try:
+    try:
+        with copepod.Simulation(case, directory, set=settings, services=services) as sim:
             sim.step(choose.choice([0, choose.randrange(steps), choose.randrange(steps)]))
             middle = sim.snapshot()
             try:
@@ -36,9 +36,9 @@ def main():
             sim.restore(middle)
             while sim.steps < steps:
                 sim.step(min(choose.randint(1, 30), steps - sim.steps))
-        except copepod.RunError as error:
-            print(error, file=sys.stderr)
-            return error.code
+    except copepod.RunError as error:
+        print(error, file=sys.stderr)
+        return error.code
     return 0
 
 
