@@ -205,9 +205,6 @@ class OpenFaces {
 
   template <class T>
   [[nodiscard]] static CellValues load(const T* populations, const Cells& cells, std::int64_t offset) {
-    if (cells.back() - cells.front() == cells_together - 1)  // side by side in memory: most, of faces not normal to z
-      return Eigen::Map<const Eigen::Array<T, cells_together, 1>>(populations + cells.front() + offset)
-          .template cast<double>();
     CellValues values;
     for (std::size_t i = 0; i < cells_together; ++i)
       values[static_cast<Eigen::Index>(i)] = populations[cells[i] + offset];
@@ -234,10 +231,11 @@ class OpenFaces {
     for (const Link& link : group.links) {
       const auto alpha = static_cast<std::size_t>(link.direction);
       const std::int64_t own = layout_.location({0, group.faces}, link.direction, placement);
-      arriving[alpha] =
-          load(populations, cells, link.continues ? link.enters[static_cast<std::size_t>(placement)] : own);
-      for (std::size_t i = 0; i < cells_together && link.continues; ++i)
-        if (is_solid(cells[i] + link.beside)) arriving[alpha][static_cast<Eigen::Index>(i)] = populations[cells[i] + own];
+      for (std::size_t i = 0; i < cells_together; ++i) {
+        const bool continues = link.continues && !is_solid(cells[i] + link.beside);
+        arriving[alpha][static_cast<Eigen::Index>(i)] =
+            populations[cells[i] + (continues ? link.enters[static_cast<std::size_t>(placement)] : own)];
+      }
       if (link.kind == FaceKind::pressure)
         arriving[alpha] += change_at_pressure(link.direction, link.excess_density, of_cell.excess_density);
       if (link.kind == FaceKind::outflow) added[alpha] = d3q19::weight(link.direction);
