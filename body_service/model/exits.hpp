@@ -9,7 +9,7 @@
 namespace copepod::body {
 
 /// The exits of a setup. Behind one, bodies rest in a row along its normal, so far from each other and from it that
-/// nothing meets them. A body was removed if it is behind an exit: there is no other state.
+/// nothing meets them. Whether a body was removed follows from its place alone.
 class Exits {
  public:
   Exits(const BodySetup& setup, const BodyModel& model);

@@ -106,9 +106,10 @@ Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecif
 
 bool Plausibility::is_removed(const Eigen::Vector3d& position_m) const {
   for (std::size_t face = 0; face < boundaries_.size(); ++face) {
+    if (!boundaries_[face].removes_bodies) continue;
     const auto axis = static_cast<Eigen::Index>(face / 2);
     const double beyond_m = face % 2 == 1 ? position_m[axis] - length_m_[axis] : -position_m[axis];
-    if (boundaries_[face].removes_bodies && beyond_m > 0.0) return position_m.allFinite();
+    if (beyond_m > 0.0) return position_m.allFinite();
   }
   return false;
 }

@@ -6,9 +6,9 @@ import os
 import re
 from pathlib import Path
 
-_PYTHON = Path(__file__).resolve().parent.parent  # the folder of this package and its neighbours
-_IS_CHECKOUT = (_PYTHON.parent / "deploy/copepod").exists()
-_OF_PACKAGE = _PYTHON.parent.parent.parent  # as /usr, with Python's part in lib/python3/dist-packages
+MODULES = Path(__file__).resolve().parent.parent  # the folder of this package and its neighbours
+_IS_CHECKOUT = (MODULES.parent / "deploy/copepod").exists()
+_OF_PACKAGE = MODULES.parent.parent.parent  # as /usr, with Python's part in lib/python3/dist-packages
 # Where a package was installed; None in a checkout.
 PREFIX = _OF_PACKAGE if not _IS_CHECKOUT and (_OF_PACKAGE / "libexec/copepod").is_dir() else None
 
@@ -16,7 +16,7 @@ PREFIX = _OF_PACKAGE if not _IS_CHECKOUT and (_OF_PACKAGE / "libexec/copepod").i
 def _root() -> Path:
     """The checkout that holds this file, or the one that pip has installed it from; shared files of a package."""
     if _IS_CHECKOUT:
-        return _PYTHON.parent
+        return MODULES.parent
     if PREFIX:
         return PREFIX / "share/copepod"
     from importlib import metadata  # a checkout starts without what only a package needs
@@ -59,7 +59,7 @@ def program(name: str) -> Path:
 def python_path_of_components() -> str:
     """PYTHONPATH with what the user had in it first: a component runs on the kit that it was installed with. That of
     Copepod, which alone its command has left in it, is for components that bring none."""
-    own = (_PYTHON, ROOT / "proto/python", (chosen_programs() or BUILD / "bin").parent / "python")
+    own = (MODULES, ROOT / "proto/python", (chosen_programs() or BUILD / "bin").parent / "python")
     variables = ("COPEPOD_USERS_PYTHONPATH", "PYTHONPATH")
     entries = [entry for name in variables for entry in os.environ.get(name, "").split(os.pathsep)]
     return os.pathsep.join(sorted(filter(None, entries), key=lambda entry: Path(entry) in own))

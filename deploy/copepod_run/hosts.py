@@ -17,13 +17,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
+from copepod_run.checkout import MODULES
 from copepod_run.errors import BadCase
 from copepod_run.host_guard import STARTER
 from copepod_run.plan import Plan
 from copepod_run.processes import own_host, start_child
 
 ORDER = "COPEPOD_HOSTS"
-FOLDER = Path(__file__).resolve().parent.parent  # of all our modules
 _NOTHING = ("true",)
 _TRIED_FOR_S = 15
 _SSH = ("ssh", "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10")
@@ -148,7 +148,7 @@ def ending_command(variable: str, mark: str) -> list[str]:
 
 def _python(*settings: str) -> list[str]:
     """Becomes a Python that finds our modules and loads no others, with these variables."""
-    own = (f"PYTHONPATH={FOLDER}", "PYTHONUTF8=1")
+    own = (f"PYTHONPATH={MODULES}", "PYTHONUTF8=1")
     return ["exec", "env", *settings, *own, "/usr/bin/python3", "-S", "-P", "-B"]
 
 

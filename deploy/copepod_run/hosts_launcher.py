@@ -14,6 +14,7 @@ from subprocess import PIPE
 from typing import Any
 
 from copepod_run import components, hosts
+from copepod_run.checkout import MODULES
 from copepod_run.cleanup import remove_folders
 from copepod_run.errors import BadCase
 from copepod_run.host_guard import GUARD, digest
@@ -200,7 +201,7 @@ class HostsLauncher(Launcher):
             "OMPI_MCA_rmaps_base_mapping_policy": "slot",
             **components.ON_SHARED_CORES,
             hosts.ORDER: str(order_file),
-            "PYTHONPATH": os.pathsep.join([str(hosts.FOLDER), *environment.get("PYTHONPATH", "").split(os.pathsep)]),
+            "PYTHONPATH": os.pathsep.join([str(MODULES), *environment.get("PYTHONPATH", "").split(os.pathsep)]),
         }
         complete = {**environment, **settings}
         passed_on = {name: value for name, value in complete.items() if name.startswith(_PASSED_ON)}

@@ -74,10 +74,12 @@ int run_served(int argc, char** argv, ServedSolver& solver, Capabilities capabil
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is a full disk, not the end
   try {
     return static_cast<int>(serve(solver, capabilities, ranks, context, *parsed.options));
+  } catch (const Error& error) {
+    std::cerr << "error: " << error.what() << std::endl;
+    return static_cast<int>(error.code());
   } catch (const std::exception& error) {
     std::cerr << "error: " << error.what() << std::endl;
-    const auto* const ours = dynamic_cast<const Error*>(&error);
-    return static_cast<int>(ours == nullptr ? ExitCode::solver_failed : ours->code());
+    return static_cast<int>(ExitCode::solver_failed);
   }
 }
 

@@ -289,11 +289,11 @@ void BodyMap::accept_fresh_cells() {
 }
 
 bool BodyMap::is_removed(const LatticeBody& body) const {
-  const Eigen::AlignedBox3d box = body.bounds().translated(body.position);
   for (int axis = 0; axis < 3; ++axis)
     for (const bool high : {false, true}) {
       // Behind the plane that cuts a domain its other face is as this one.
       if (!domain_.face(axis, high && !domain_.symmetric(axis)).removes_bodies) continue;
+      const Eigen::AlignedBox3d box = body.bounds().translated(body.position);
       const double length = static_cast<double>(domain_.cells()[axis]) * (domain_.symmetric(axis) ? 2.0 : 1.0);
       if (high ? box.min()[axis] >= length : box.max()[axis] <= 0.0) return true;
     }
