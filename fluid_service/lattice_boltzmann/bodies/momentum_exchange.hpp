@@ -112,11 +112,11 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
                 std::vector<double>& distances) const {
     const bool by_lanes = is_simple(map_.bodies()[body]);
     BodyInBlock in_block;
-    CellsByFilms cells;
+    std::vector<FilmBeside> films;
+    CellGroup alone, rest;
     if (by_lanes) {
       in_block = place_in_block(map_.bodies()[body], groups, returned);
-      const ThinFilms::Surfaces surfaces = films_.beside(body);
-      if (!surfaces.empty()) cells = take_apart(in_block, surfaces, groups);
+      films_.put(films_.beside(body), in_block, films);
     }
     const ShapeKind kind = map_.bodies()[body].kind;
     const bool has_distances =
@@ -139,50 +139,30 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           };
           for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
           for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
+          for (FilmBeside& film : films)
+            for (std::size_t i = 0; film.other >= 0 && i < FilmBeside::components; ++i)
+              loads[static_cast<std::size_t>(film.other)][i] += sum(std::exchange(film.sums[i], {}));
         }
         if (g == end) break;
+        if (by_lanes && take_apart(*groups[g], alone, rest)) {
+          single_links_(body, place, alone, values, returned, loads, kept_back);
+          groups[g] = &rest;
+          continue;
+        }
         if (!by_lanes) prefetch_ahead<per_link, per_cell>(groups.data() + g, values);
         single_links_(body, place, *groups[g++], values, returned, loads, kept_back);
       }
     }
-    for (const CellGroup& group : cells.beside) single_links_(body, place, group, values, returned, loads, kept_back);
   }
 
-  /// Groups taken apart: the cells of `beside` may have films, or lack second cells; those of `away` have none, and
-  /// all second cells. Lanes of the others are free.
-  struct CellsByFilms {
-    std::vector<CellGroup> away, beside;
-  };
-
-  /// @param groups  of the body; where some of its cells may have films, those without take the place of the group
-  CellsByFilms take_apart(const BodyInBlock& body, ThinFilms::Surfaces surfaces,
-                          std::span<const CellGroup*> groups) const {
-    CellsByFilms cells;
-    cells.away.reserve(groups.size());
-    for (const CellGroup*& group : groups) {
-      std::array<bool, surface_lanes> beside{};
-      Eigen::Matrix<double, surface_lanes, 3> r;
-      for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
-        beside[lane] = Formula::uses_second_cell && (group->directions[lane] & ~group->second_cells[lane]) != 0;
-        for (std::size_t a = 0; a < 3; ++a)
-          r.data()[surface_lanes * a + lane] =
-              (group->cell[a][lane] + body.first_cell[a]) - body.position[a] - body.image[a];
-      }
-      for (const NearSurface& surface : surfaces) {
-        const Eigen::Vector<double, surface_lanes> along = r * surface.normal;
-        const double reach = films_.reach(surface);
-        for (std::size_t lane = 0; lane < surface_lanes; ++lane)
-          if (along.data()[lane] < reach && group->directions[lane] != 0 && !beside[lane])
-            beside[lane] = films_.may_meet(surface, r.row(static_cast<Eigen::Index>(lane)), group->directions[lane]);
-      }
-      if (std::ranges::find(beside, true) == beside.end()) continue;
-      CellGroup& with = cells.beside.emplace_back(*group);
-      CellGroup& without = cells.away.emplace_back(*group);
-      for (std::size_t lane = 0; lane < surface_lanes; ++lane)
-        if (group->directions[lane] != 0) (beside[lane] ? without : with).set_free(lane);
-      group = &without;
+  /// Cells of a group that lack second cells, and the others; false if there are only such or only others.
+  static bool take_apart(const CellGroup& group, CellGroup& alone, CellGroup& rest) {
+    alone = rest = group;
+    for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
+      const std::uint32_t directions = group.directions[lane];
+      if (directions != 0) ((directions & ~group.second_cells[lane]) != 0 ? rest : alone).set_free(lane);
     }
-    return cells;
+    return alone.used > 0 && rest.used > 0;
   }
 
   /// Where the links of groups cross the surface; 1 in free lanes.
@@ -206,7 +186,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
   }
 
   /// Whether the links of a body are what exchange_groups is for: into one image of it, or into any of an obstacle,
-  /// which does not move, so that only its torque depends on the image. Films are computed one by one.
+  /// which does not move, so that only its torque depends on the image.
   [[nodiscard]] bool is_simple(const LatticeBody& body) const {
     const Domain& domain = map_.domain();
     const Eigen::AlignedBox3d bounds = body.bounds();

@@ -63,7 +63,7 @@ inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout&
 }  // namespace single_links
 
 /// The momentum exchange (momentum_exchange.hpp) link by link, for bodies and cells of any kind: links to an image,
-/// into a capsule, beside a film, without a second cell, or with a population of any size.
+/// without a second cell, or with a population of any size.
 template <class Formula, class T>
 class SingleLinks {
  public:

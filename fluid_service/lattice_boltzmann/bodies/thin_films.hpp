@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,7 +11,7 @@
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
 #include "geometry/near_surfaces.hpp"
-#include "lattice_boltzmann/lattice/d3q19.hpp"
+#include "lattice_boltzmann/kernel/exchange_group.hpp"
 
 namespace copepod::fluid {
 
@@ -48,23 +47,27 @@ class ThinFilms {
     return surfaces_->of_body(static_cast<std::size_t>(*place_of(static_cast<int>(body))));
   }
 
-  /// The n·r from which on no link of a cell ends in a film beside a surface, n its NearSurface::normal.
-  [[nodiscard]] double reach(const NearSurface& surface) const {
-    constexpr double longer_than_links = 1.5;
-    return (surface.stretch * far_m_ - surface.distance_of_centre_m) / setup_.cell_size_m + longer_than_links;
-  }
-
-  /// Whether a film can be where links from a cell end: n·e nearer to a surface than the cell at least, n its normal.
-  /// @param r  from the body's centre to the cell, in cells
-  [[nodiscard]] bool may_meet(const NearSurface& surface, const Eigen::Vector3d& r, std::uint32_t directions) const {
-    const auto [distance_m, normal] = surface.from(setup_.cell_size_m * r);
-    const double beyond = (distance_m - surface.stretch * far_m_) / setup_.cell_size_m;
-    double nearer = 0.0;
-    for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1) {
-      const auto& e = d3q19::velocity[static_cast<std::size_t>(std::countr_zero(bits))];
-      nearer = std::max(nearer, -normal.dot(Eigen::Vector3d(e[0], e[1], e[2])));
+  /// The same for exchange_groups.
+  /// @param films  of the body, which refers to them
+  void put(Surfaces surfaces, BodyInBlock& body, std::vector<FilmBeside>& films) const {
+    using Map = Eigen::Map<Eigen::Vector3d>;
+    for (const NearSurface& surface : surfaces) {
+      FilmBeside& film = films.emplace_back(FilmBeside{.is_wall = !surface.is_body(),
+                                                       .is_ellipsoid = surface.is_ellipsoid(),
+                                                       .other = surface.is_mirrored() ? -1 : surface.other,
+                                                       .radius_m = surface.radius_m,
+                                                       .distance_of_centre_m = surface.distance_of_centre_m,
+                                                       .far_m = surface.stretch * far_m_});
+      Map(film.centre_m) = surface.core.centre_W_m;
+      Map(film.half_m) = surface.core.half_W_m;
+      Map(film.normal) = surface.normal;
+      Eigen::Map<Eigen::Matrix3d>(film.inverse_per_m2) = surface.inverse_per_m2;
     }
-    return beyond < nearer;
+    body.films = films.data();
+    body.film_count = films.size();
+    body.cell_m = setup_.cell_size_m;
+    body.film_low_m = range_.low_m;
+    body.film_high_m = range_.high_m;
   }
 
   /// The film at a point of a body's surface.

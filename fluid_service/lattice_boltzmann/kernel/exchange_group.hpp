@@ -16,6 +16,24 @@
 
 namespace copepod::fluid {
 
+/// A NearSurface of a body, and what links that end in films beside it add.
+struct FilmBeside {
+  bool is_wall = false;
+  bool is_ellipsoid = false;
+  bool is_near = false;  ///< of the group of cells that is computed
+  int other = -1;        ///< body whose loads take half of what the film leaves out; −1: none
+  double centre_m[3]{};  ///< of another body, from the centre of this one
+  double half_m[3]{};    ///< of its core
+  double radius_m = 0.0;
+  double inverse_per_m2[9]{};  ///< of an ellipsoid, S⁻¹
+  double normal[3]{};
+  double distance_of_centre_m = 0.0;
+  double far_m = 0.0;  ///< no film so far from the plane with this normal that touches the surface
+  static constexpr std::size_t components = 6;
+  std::array<Lanes<double>, components> added{};       ///< force and torque on `other`, by that group
+  std::array<Lanes<std::int64_t>, components> sums{};  ///< by all groups, as in LaneSums
+};
+
 /// A body and where its boundary cells are, lattice units.
 struct BodyInBlock {
   double first_cell[3]{};  ///< centre of the block's first cell
@@ -27,6 +45,10 @@ struct BodyInBlock {
   double returned = 0.0;         ///< mass to be given back, by the weight of the links
   const double* form = nullptr;  ///< of an ellipsoid r·A r = 1: A
   const double* wall_distances = nullptr;  ///< of other bodies, by group, link of a cell, and lane
+  FilmBeside* films = nullptr;
+  std::size_t film_count = 0;
+  double cell_m = 0.0;
+  double film_low_m = 0.0, film_high_m = 0.0;  ///< as FilmRange has them
   static constexpr std::size_t distances_per_group = (d3q19::directions - 1) * surface_lanes;
 };
 
@@ -102,7 +124,8 @@ struct ExchangeGroupLoop {
   using V = typename PackOf<double>::Type;
   using TLanes = typename PackOf<T>::Type;
   using Integers = typename PackOf<std::int64_t>::Type;
-  static constexpr std::size_t components = Formula::conserving ? LaneSums::components : 6;
+  template <bool in_films>
+  static constexpr std::size_t components = Formula::conserving || in_films ? LaneSums::components : 6;
   using Values = BoundaryValues<T>;
   static constexpr std::size_t per_link = Values::per_link(Formula::uses_second_cell);
   static constexpr std::size_t per_cell = Values::per_cell(Formula::uses_second_cell);
@@ -110,7 +133,7 @@ struct ExchangeGroupLoop {
   /// What a group becomes if its numbers turn out to be small.
   struct Outcome {
     std::array<Lanes<T>, d3q19::directions> returning;  ///< by link
-    std::array<Lanes<double>, components> added;
+    std::array<Lanes<double>, LaneSums::components> added;
   };
 
   static std::size_t run(const Formula& formula, const BodyInBlock& body, const CellGroup* const* groups,
@@ -118,15 +141,24 @@ struct ExchangeGroupLoop {
     if (Formula::conserving && !is_slow(body)) return 0;
     for (std::size_t g = 0; g < count; ++g) {
       prefetch_ahead<per_link, per_cell>(groups + g, values);
-      Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
-      for (std::size_t lane = 0; lane < surface_lanes; lane += width)
-        if (!exchange(formula, body, g, *groups[g], values, lane, outcome)) return g;
-      keep(outcome, *groups[g], values, sums);
+      const bool done = find_films(body, *groups[g]) ? exchange<true>(formula, body, g, *groups[g], values, sums)
+                                                     : exchange<false>(formula, body, g, *groups[g], values, sums);
+      if (!done) return g;
     }
     return count;
   }
 
  private:
+  template <bool in_films>
+  [[gnu::always_inline]] static bool exchange(const Formula& formula, const BodyInBlock& body, std::size_t g,
+                                              const CellGroup& group, BoundaryValues<T>& values, LaneSums& sums) {
+    Outcome outcome;  // NOLINT(cppcoreguidelines-pro-type-member-init): written before it is read, and large
+    for (std::size_t lane = 0; lane < surface_lanes; lane += width)
+      if (!exchange<in_films>(formula, body, g, group, values, lane, outcome)) return false;
+    keep<in_films>(body, outcome, group, values, sums);
+    return true;
+  }
+
   static constexpr std::int64_t bits_of_rounder = __builtin_bit_cast(std::int64_t, LaneSums::rounder);
   /// Directions along the axes, and those with a positive (sign 1) or negative component along one.
   static constexpr std::int64_t axes = 0x7e;
@@ -144,22 +176,29 @@ struct ExchangeGroupLoop {
     return length(body.velocity) + (body.radius + 2.0) * length(body.angular_velocity) < 1.0;
   }
 
-  [[gnu::always_inline]] static void keep(const Outcome& outcome, const CellGroup& group, BoundaryValues<T>& values,
-                                          LaneSums& sums) {
+  template <bool in_films>
+  [[gnu::always_inline]] static void keep(const BodyInBlock& body, const Outcome& outcome, const CellGroup& group,
+                                          BoundaryValues<T>& values, LaneSums& sums) {
     std::array<T*, surface_lanes> returning{};
     for (std::size_t lane = 0; lane < surface_lanes; ++lane)
       returning[lane] = values.by_link.data() + per_link * group.first_link[lane] + Values::crossing;
     for (std::uint32_t j = 0; j < group.links; ++j)
       for (std::size_t lane = 0; lane < surface_lanes; ++lane)
         returning[lane][per_link * j] = outcome.returning[j][lane];
-    for (std::size_t c = 0; c < components; ++c)
-      for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
-        const V shifted = load<V>(outcome.added[c].data() + lane) + LaneSums::rounder;
-        Integers bits;
-        std::memcpy(&bits, &shifted, sizeof(bits));
-        const Integers sum = load<Integers>(sums.sums[c].data() + lane) + (bits - bits_of_rounder);
-        std::memcpy(sums.sums[c].data() + lane, &sum, sizeof(sum));
-      }
+    for (std::size_t c = 0; c < components<in_films>; ++c) add_up(outcome.added[c], sums.sums[c]);
+    for (std::size_t i = 0; in_films && i < body.film_count; ++i)
+      for (std::size_t c = 0; body.films[i].is_near && c < FilmBeside::components; ++c)
+        add_up(body.films[i].added[c], body.films[i].sums[c]);
+  }
+
+  [[gnu::always_inline]] static void add_up(const Lanes<double>& added, Lanes<std::int64_t>& sums) {
+    for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
+      const V shifted = load<V>(added.data() + lane) + LaneSums::rounder;
+      Integers bits;
+      std::memcpy(&bits, &shifted, sizeof(bits));
+      const Integers sum = load<Integers>(sums.data() + lane) + (bits - bits_of_rounder);
+      std::memcpy(sums.data() + lane, &sum, sizeof(sum));
+    }
   }
 
   template <class Vector, class U>
@@ -229,7 +268,8 @@ struct ExchangeGroupLoop {
   }
 
   [[gnu::always_inline]] static V rounded(const V& x) { return (x + LaneSums::rounder) - LaneSums::rounder; }
-  [[gnu::always_inline]] static V dot(const V (&a)[3], const V (&b)[3]) {
+  template <class X>
+  [[gnu::always_inline]] static V dot(const X* a, const V* b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   }
   /// (x × y)_a
@@ -240,7 +280,104 @@ struct ExchangeGroupLoop {
 
   /// A x
   [[gnu::always_inline]] static void multiply(const double* A, const V (&x)[3], V (&product)[3]) {
-    for (std::size_t a = 0; a < 3; ++a) product[a] = A[3 * a] * x[0] + A[3 * a + 1] * x[1] + A[3 * a + 2] * x[2];
+    for (std::size_t a = 0; a < 3; ++a) product[a] = dot(A + 3 * a, x);
+  }
+
+  /// From the body's position to cells.
+  [[gnu::always_inline]] static void place(const BodyInBlock& body, const CellGroup& group, std::size_t lane,
+                                           V (&r)[3]) {
+    for (std::size_t a = 0; a < 3; ++a)
+      r[a] = (load<V>(group.cell[a].data() + lane) + body.first_cell[a]) - body.position[a] - body.image[a];
+  }
+
+  /// Whether links of a group may end in films; marks these.
+  static bool find_films(const BodyInBlock& body, const CellGroup& group) {
+    constexpr double longer_than_links = 1.5;
+    bool any = false;
+    for (std::size_t i = 0; i < body.film_count; ++i) {
+      FilmBeside& film = body.films[i];
+      film.is_near = false;
+      const double reach = (film.far_m - film.distance_of_centre_m) / body.cell_m + longer_than_links;
+      for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
+        V r[3];
+        place(body, group, lane, r);
+        const Integers free = load<Integers>(group.directions.data() + lane) == 0;
+        film.is_near |= !all(free | (dot(film.normal, r) >= reach));
+      }
+      if (film.is_near) film.added = {};
+      any |= film.is_near;
+    }
+    return any;
+  }
+
+  /// From a surface to points, as NearSurface::from has it.
+  [[gnu::always_inline]] static V thickness_m(const FilmBeside& film, const V (&point_m)[3]) {
+    if (film.is_wall) return film.distance_of_centre_m + dot(film.normal, point_m);
+    V p[3] = {point_m[0] - film.centre_m[0], point_m[1] - film.centre_m[1], point_m[2] - film.centre_m[2]};
+    const double* const half = film.half_m;
+    if (film.is_ellipsoid) {
+      V along[3];
+      multiply(film.inverse_per_m2, p, along);
+      const double* const last = film.inverse_per_m2 + 6;
+      along[2] = last[0] * p[0] + (last[1] * p[1] + last[2] * p[2]);  // Eigen's order
+      const V s = square_root(dot(p, along));
+      return (s - 1.0) * s / square_root(dot(along, along));
+    }
+    if (const double square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]; square > 0.0) {
+      V nearest = dot(half, p) / square;
+      nearest = nearest < -1.0 ? V{} - 1.0 : (nearest > 1.0 ? V{} + 1.0 : nearest);
+      for (std::size_t a = 0; a < 3; ++a) p[a] = p[a] - nearest * half[a];
+    }
+    return square_root(dot(p, p)) - film.radius_m;
+  }
+
+  /// ThinFilms::film where links cross the surface.
+  struct Film {
+    V resolved = V{} + 1.0;
+    Integers number = Integers{} - 1;  ///< −1: none
+
+    [[gnu::always_inline]] Film(const BodyInBlock& body, const V (&r)[3], const Link<V>& link) {
+      V point_m[3];
+      for (std::size_t a = 0; a < 3; ++a) point_m[a] = body.cell_m * (r[a] + link.wall_distance * link.e[a]);
+      for (std::size_t i = 0; i < body.film_count; ++i) {
+        if (!body.films[i].is_near) continue;
+        if (all(body.films[i].distance_of_centre_m + dot(body.films[i].normal, point_m) >= body.films[i].far_m))
+          continue;
+        V share = (thickness_m(body.films[i], point_m) - body.film_low_m) / (body.film_high_m - body.film_low_m);
+        share = share < 0.0 ? V{} : (share > 1.0 ? V{} + 1.0 : share);
+        const Integers thinner = ~(share >= resolved);
+        resolved = thinner ? share : resolved;
+        number = thinner ? Integers{} + static_cast<std::int64_t>(i) : number;
+      }
+    }
+  };
+
+  /// Half of integers, multiples of 2⁻⁵⁰, without the fraction.
+  [[gnu::always_inline]] static V half_of(const V& x) {
+    const V half = 0.5 * x;
+    return rounded(half > 0.0 ? half - 0x1p-52 : half + 0x1p-52);
+  }
+
+  /// Adds the force `half` e of links, and its torque, to what acts on the other side of a film.
+  /// @return the square of the torque
+  [[gnu::always_inline]] static V add_to_other(FilmBeside& film, double cell_m, std::size_t lane, const V (&r)[3],
+                                               const Direction& direction, const V& half) {
+    V square{}, force[3], arm[3];
+    for (std::size_t a = 0; a < 3; ++a) {
+      force[a] = direction.add(a, V{}, half);
+      arm[a] = r[a] - film.centre_m[a] / cell_m;
+    }
+    const auto add = [&](std::size_t component, const V& value) __attribute__((always_inline)) {
+      const V sum = load<V>(film.added[component].data() + lane) + value;
+      std::memcpy(film.added[component].data() + lane, &sum, sizeof(sum));
+    };
+    for (std::size_t a = 0; a < 3; ++a) {
+      const V torque = cross(arm, force, a);
+      square = square + torque * torque;
+      add(a, force[a]);
+      add(3 + a, rounded(torque));
+    }
+    return square;
   }
 
   /// Where links cross the sphere or ellipsoid, as first_root has it.
@@ -253,6 +390,8 @@ struct ExchangeGroupLoop {
   }
 
   /// Of the lanes from `lane` on in group number `g`.
+  /// @tparam in_films  as SingleLinks has it, for the films that are marked
+  template <bool in_films>
   [[gnu::always_inline]] static bool exchange(const Formula& formula, const BodyInBlock& body, std::size_t g,
                                               const CellGroup& group, const BoundaryValues<T>& values, std::size_t lane,
                                               Outcome& outcome) {
@@ -260,8 +399,7 @@ struct ExchangeGroupLoop {
     // at most: exactly, without a rounding of sums, and below the limit with 1 that absorbed mass carries.
     constexpr double small = 0.2;
     V r[3];
-    for (std::size_t a = 0; a < 3; ++a)
-      r[a] = (load<V>(group.cell[a].data() + lane) + body.first_cell[a]) - body.position[a] - body.image[a];
+    place(body, group, lane, r);
     const double* w = body.angular_velocity;
     const V u[3] = {body.velocity[0] + cross(w, r, 0), body.velocity[1] + cross(w, r, 1),
                     body.velocity[2] + cross(w, r, 2)};
@@ -275,8 +413,12 @@ struct ExchangeGroupLoop {
     V arm[3] = {};
     V weights = {};
     V exchanged_squares = {};
+    [[maybe_unused]] V resolved_mass = {};
+    [[maybe_unused]] V left_out[3] = {};
+    [[maybe_unused]] V torque_squares = {};
     auto left = load<Integers>(group.directions.data() + lane);
     Link<V> link;
+    link.wall_distance = V{} + 0.5;
     const std::uint32_t* const first = group.first_link.data() + lane;
     const std::uint32_t* const moments = group.moments.data() + lane;
     const V excess = gather<per_cell>(values.by_cell.data() + Values::excess_density, moments);
@@ -321,12 +463,36 @@ struct ExchangeGroupLoop {
       const V returning = __builtin_convertvector(stored, V);
       const V exchanged = link.leaving + returning;
       exchanged_squares = exchanged_squares + exchanged * exchanged;
-      const V fixed = rounded(exchanged);
+      V fixed = rounded(exchanged);
+      [[maybe_unused]] V resolved = zero + 1.0;
+      if constexpr (in_films) {
+        const Film film(body, r, link);
+        resolved = film.resolved;
+        const V all_of_it = fixed;
+        fixed = rounded(resolved * exchanged);
+        const V unresolved = all_of_it - fixed;
+        for (std::size_t i = all(film.number < 0) ? body.film_count : 0; i < body.film_count; ++i) {
+          FilmBeside& beside = body.films[i];
+          const Integers here = film.number == static_cast<std::int64_t>(i);
+          if (!beside.is_near || all(~here)) continue;
+          const V missing = here ? unresolved : zero;
+          if (beside.other < 0) {
+            for (std::size_t a = 0; a < 3; ++a) left_out[a] = direction.add(a, left_out[a], missing);
+            continue;
+          }
+          const V half = half_of(missing);
+          fixed = fixed + (missing - half);
+          torque_squares = torque_squares + add_to_other(beside, body.cell_m, lane, r, direction, half);
+        }
+      }
       for (std::size_t a = 0; a < 3; ++a) force[a] = direction.add(a, force[a], fixed);
       if constexpr (Formula::conserving) {
         const V absorbed = link.leaving - returning;
         exchanged_squares = exchanged_squares + absorbed * absorbed;
-        const V at_surface = rounded(absorbed * link.wall_distance);
+        V carried = absorbed;
+        if constexpr (in_films) carried = resolved * absorbed;
+        const V at_surface = rounded(carried * link.wall_distance);
+        if constexpr (in_films) resolved_mass = resolved_mass + rounded(carried);
         for (std::size_t a = 0; a < 3; ++a) arm[a] = direction.add(a, arm[a], at_surface);
         mass = mass + rounded(absorbed);
         weights = weights + rounded(link.weight);
@@ -334,16 +500,22 @@ struct ExchangeGroupLoop {
     }
     V kept[3] = {};
     if constexpr (Formula::conserving) {
-      for (std::size_t a = 0; a < 3; ++a) kept[a] = mass * u[a] + cross(w, arm, a);
+      const V& moved = in_films ? resolved_mass : mass;
+      for (std::size_t a = 0; a < 3; ++a) kept[a] = moved * u[a] + cross(w, arm, a);
       for (std::size_t a = 0; a < 3; ++a) force[a] = force[a] - (kept[a] = rounded(kept[a]));
     }
     V torque[3] = {cross(r, force, 0), cross(r, force, 1), cross(r, force, 2)};
     if constexpr (Formula::conserving)
       for (std::size_t a = 0; a < 3; ++a) torque[a] = torque[a] - cross(arm, u, a);
+    if constexpr (in_films) {
+      for (std::size_t a = 0; a < 3; ++a) kept[a] = kept[a] + left_out[a];
+      good &= torque_squares < LaneSums::limit * LaneSums::limit / d3q19::directions;
+    }
     good &= (exchanged_squares < small * small) & (dot(torque, torque) < LaneSums::limit * LaneSums::limit);
     const V added[] = {force[0], force[1], force[2], torque[0], torque[1], torque[2],
                        mass,     weights,  kept[0],  kept[1],   kept[2]};
-    for (std::size_t c = 0; c < components; ++c) std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
+    for (std::size_t c = 0; c < components<in_films>; ++c)
+      std::memcpy(outcome.added[c].data() + lane, &added[c], sizeof(V));
     return all(good);
   }
 };

@@ -58,10 +58,7 @@ struct Box16 {
   /// With the cells of these links.
   void exchange(const BoundaryLinks<double>& cells, MovingBoundary formula = MovingBoundary::bounce_back) {
     all_sums.assign(setup.bodies.size(), {});
-    BoundaryLinks<double> of_cells(*map, *layout, formula != MovingBoundary::bounce_back);
-    for (std::size_t b = 0; b < setup.bodies.size(); ++b)
-      for (const auto& [index, cell, directions, second_cells] : listing(cells.of_body(b), *layout))
-        of_cells.set(static_cast<std::int32_t>(b), cell, directions, second_cells);
+    BoundaryLinks<double> of_cells = copy_of(cells, formula != MovingBoundary::bounce_back);
     of_cells.fetch(populations.data(), Placement::home);
     const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
     const auto exchange_momentum = make_momentum_exchange(formula, collision, *layout, *map, films);
@@ -76,6 +73,14 @@ struct Box16 {
         returned[static_cast<std::size_t>(layout->location(site, leaving, Placement::streamed))] =
             rows.by_link[BoundaryValues<double>::per_link(rows.second_cells) * i];
       }
+  }
+  /// As a formula needs them.
+  [[nodiscard]] BoundaryLinks<double> copy_of(const BoundaryLinks<double>& cells, bool with_second_cells) const {
+    BoundaryLinks<double> copy(*map, *layout, with_second_cells);
+    for (std::size_t b = 0; b < setup.bodies.size(); ++b)
+      for (const auto& [index, cell, directions, second_cells] : listing(cells.of_body(b), *layout))
+        copy.set(static_cast<std::int32_t>(b), cell, directions, second_cells);
+    return copy;
   }
   /// With links of one cell only.
   void exchange(const Cell& cell, std::uint32_t directions, MovingBoundary formula = MovingBoundary::bounce_back,
@@ -196,46 +201,57 @@ TEST(ThinFilms, AreNotBetweenBodiesThatOverlapAtAJointWhicheverBodiesAreLookedAt
   EXPECT_TRUE(films.beside(1).empty() && films.beside(2).empty());
 }
 
-TEST(ThinFilms, MayMeetEveryLinkThatEndsInAFilm) {
-  const Shape capsule{ShapeKind::capsule, 2.0, 6.0},
-      ellipsoid{.kind = ShapeKind::ellipsoid, .radius_m = 8.0, .extents_m = {2.0, 3.0, 8.0}};
-  for (const Shape& shape : {capsule, ellipsoid}) {
-    FluidSetup setup;
-    setup.cell_size_m = 2.0;
-    setup.film_thickness_m = 3.0;
-    setup.domain_cells = {40, 40, 40};
-    for (Boundary& face : setup.boundaries) face.kind = BoundaryKind::no_slip;
-    setup.bodies.assign(2, shape);
-    Kinematics kinematics;
-    kinematics.resize(2);
-    kinematics.position_m << 5.5, 10.5, 20.0, 21.0, 20.0, 22.0;
-    kinematics.orientation_wxyz << 1, 0.6, 0, -0.5, 0, 0.2, 0, 0.3;
-    kinematics.orientation_wxyz.col(1).normalize();
-    ThinFilms films(setup);
-    films.find({0, 1}, kinematics);
-    ASSERT_EQ(films.beside(0).size(), 2U) << "the other body and a wall";
-    int in_films = 0;
-    int not_looked_at = 0;
-    for (const NearSurface& surface : films.beside(0))
-      for (int x = -7; x <= 7; ++x)
-        for (int y = -7; y <= 7; ++y)
-          for (int z = -7; z <= 7; ++z)
-            for (int alpha = 1; alpha < d3q19::directions; ++alpha) {
-              const Eigen::Vector3d r(x + 0.2, y - 0.1, z + 0.4);
-              if (surface.from(setup.cell_size_m * r).m < 0.0) continue;  // not fluid
-              const bool near = surface.normal.dot(r) < films.reach(surface) && films.may_meet(surface, r, 1U << alpha);
-              if (!near) ++not_looked_at;
-              const auto& e = d3q19::velocity[static_cast<std::size_t>(alpha)];
-              for (const double q : {0.0, 0.3, 0.6, 1.0}) {
-                const ThinFilms::Film film = films.film({&surface, 1}, r + q * Eigen::Vector3d(e[0], e[1], e[2]));
-                if (film.resolved == 1.0) continue;
-                ++in_films;
-                EXPECT_TRUE(near) << surface.other << ": " << r.transpose() << ", " << alpha << ", " << q;
-              }
-            }
-    EXPECT_GT(in_films, 1000);
-    EXPECT_GT(not_looked_at, 1000);
-  }
+// Two bodies beside each other and a wall, or a mirror; films are thick, and the flow is any.
+TEST(MomentumExchange, HasTheBitsOfSingleLinksInFilms) {
+  const Shape sphere{ShapeKind::sphere, 2.3, 0.0}, capsule{ShapeKind::capsule, 1.7, 1.5},
+      ellipsoid{.kind = ShapeKind::ellipsoid, .radius_m = 2.7, .extents_m = {1.9, 2.7, 2.4}};
+  for (const Shape& shape : {sphere, capsule, ellipsoid})
+    for (const BoundaryKind boundary : {BoundaryKind::no_slip, BoundaryKind::free_slip})
+      for (const double thickness_m : {2.0, 4.9}) {
+        Box16 box(shape, boundary, {shape});
+        box.setup.film_thickness_m = thickness_m;
+        box.films = ThinFilms(box.setup);
+        Kinematics kinematics;
+        kinematics.resize(2);
+        kinematics.position_m << 5.1, 10.3, 7.9, 8.6, 4.5, 5.4;
+        kinematics.orientation_wxyz << 1, 0.6, 0, -0.5, 0, 0.2, 0, 0.3;
+        kinematics.orientation_wxyz.col(1).normalize();
+        for (int b = 0; b < 2; ++b) {
+          LatticeBody& body = box.map->bodies()[static_cast<std::size_t>(b)];
+          const Eigen::Vector4d q = kinematics.orientation_wxyz.col(b);
+          body.place(kinematics.position_m.col(b), Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
+          body.velocity = {0.01, -0.02 * b, 0.015};
+          body.angular_velocity = {0.002, 0.001, -0.003 * b};
+        }
+        box.move();
+        box.films.find({0, 1}, kinematics);
+        for (std::size_t i = 0; i < box.populations.size(); ++i)
+          box.populations[i] = 0.002 * std::sin(0.7 * static_cast<double>(i % 1013));
+        const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
+        const auto compare = [&]<class Formula>(const Formula& formula) {
+          constexpr std::array returned = {1e-4, -2e-4};
+          BoundaryLinks<double> links = box.copy_of(*box.links, Formula::uses_second_cell);
+          links.fetch(box.populations.data(), Placement::home);
+          const BoundaryValues<double> before = links.values();
+          std::array<LoadSums, 2> loads{}, expected{};
+          MomentumSums kept{}, expected_kept{};
+          MomentumExchangeBy<Formula, double>(formula, *box.layout, *box.map, box.films)(std::array{0, 1}, links,
+                                                                                         returned, loads, kept);
+          const auto by_link = std::exchange(links.values(), before).by_link;
+          const SingleLinks<Formula, double> single_links(formula, *box.layout, *box.map, box.films);
+          for (std::size_t b = 0; b < 2; ++b)
+            for (const CellGroup& group : links.of_body(b).groups)
+              single_links(b, b, group, links.values(), returned[b], expected, expected_kept);
+          EXPECT_TRUE(loads == expected && kept == expected_kept && by_link == links.values().by_link);
+          EXPECT_NE(by_link, before.by_link);
+          const bool beside_faces = boundary == BoundaryKind::no_slip || thickness_m > 4.0;  // or mirror images
+          EXPECT_TRUE(!beside_faces || expected_kept != MomentumSums{});
+        };
+        compare(BounceBack());
+        compare(Interpolated());
+        compare(CentralLinear());
+        compare(Parabolic(collision));
+      }
 }
 
 // e·u_w with u_w = U + Ω × r = (0.01, 0.02 · 4.3, 0) in the plane of the link, ρ_w = 1.25.
