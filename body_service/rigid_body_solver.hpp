@@ -5,8 +5,8 @@
 
 #include "contact/contacts.hpp"
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
+#include "contract/solver.hpp"
 #include "contract/solver_context.hpp"
 #include "integration/integration.hpp"
 #include "model/exits.hpp"

@@ -230,14 +230,14 @@ class Simulation {
     require_usable();
     require(!temporary_ && run_.scheme().step() > 0,
             "a checkpoint cannot be written (it needs a run directory, and a first step). Open one, and step before.");
-    run_.write_checkpoint();
+    or_keep([&] { run_.write_checkpoint(); });
   }
 
   std::int64_t snapshot() {
     require_usable();
     const bool over_hosts = options_.endpoint.starts_with("tcp") && !temporary_;  // which share the run directory
     TemporaryFolder folder(over_hosts ? directory_.root() : fs::path());
-    coupler::Snapshot saved = run_.save(folder.path());
+    coupler::Snapshot saved = or_keep([&] { return run_.save(folder.path()); });
     snapshots_.emplace(++newest_snapshot_, KeptSnapshot{std::move(folder), std::move(saved)});
     return newest_snapshot_;
   }
@@ -298,6 +298,18 @@ class Simulation {
       action();
     } catch (const std::exception& error) {
       failure_ = coupler::report_of(error, run_.step());
+      throw;
+    }
+  }
+
+  /// The same of a solver that fails; a disk that does not take a state, or a component that has none, changes nothing.
+  template <class Action>
+  std::invoke_result_t<Action> or_keep(const Action& action) {
+    try {
+      return action();
+    } catch (const std::exception& error) {
+      const FailureReport report = coupler::report_of(error, run_.step());
+      if (report.code == ExitCode::solver_failed) failure_ = report;
       throw;
     }
   }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
+#include "contract/solver.hpp"
 #include "contract/solver_context.hpp"
 #include "engine/engine_world.hpp"
 #include "forces/forces.hpp"

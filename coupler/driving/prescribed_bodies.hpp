@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
+#include "contract/solver.hpp"
 #include "driving/driving_protocol.hpp"
 #include "geometry/shapes/overlaps.hpp"
 

@@ -9,10 +9,9 @@
 
 #include "config/sections/case.hpp"
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
 #include "contract/controller.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "remote/link.hpp"
 #include "run/components.hpp"
 #include "run/program.hpp"

@@ -6,12 +6,11 @@
 #include <stdexcept>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/controller.hpp"
 #include "contract/errors.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 
 namespace copepod::coupler {
 

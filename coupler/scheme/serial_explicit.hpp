@@ -13,10 +13,9 @@
 
 #include "config/sections/case.hpp"
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "contract/timeline.hpp"
 #include "driving/driving_protocol.hpp"
 #include "observers/observer.hpp"

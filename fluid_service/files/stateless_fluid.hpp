@@ -7,7 +7,7 @@
 
 #include "contract/errors.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "ranks/communicator.hpp"
 #include "system/durable_file.hpp"
 

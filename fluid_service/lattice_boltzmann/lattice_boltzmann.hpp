@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "contract/timeline.hpp"
 #include "lattice_boltzmann/bodies/momentum_exchange.hpp"
 #include "lattice_boltzmann/bodies/nearby_bodies.hpp"

@@ -8,7 +8,7 @@
 
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "ranks/communicator.hpp"
 
 namespace copepod::fluid {

@@ -6,7 +6,7 @@
 #include "contract/capabilities.hpp"
 #include "contract/component.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "ranks/communicator.hpp"
 
 namespace copepod::fluid {

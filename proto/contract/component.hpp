@@ -6,11 +6,10 @@
 #include <string>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
 #include "contract/capabilities.hpp"
 #include "contract/controller.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "contract/solver_context.hpp"
 
 namespace copepod {

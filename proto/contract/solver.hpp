@@ -5,6 +5,9 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
+
+#include "contract/exchange.hpp"
 
 namespace copepod {
 
@@ -41,6 +44,43 @@ class Solver {
   virtual void restore(const std::string& path) = 0;
 
   virtual SolverSummary summarise() = 0;  ///< digest and figures of the run so far; legal between two steps
+};
+
+/// A fluid with moving bodies in it, advanced step by step.
+///
+/// Legal call order:
+///   construct(FluidSetup)  ->  [restore]  ->  { exchange -> advance -> [save] }*  ->  summarise
+///
+/// `exchange(n)` fixes the bodies of step n and returns the loads on them; `advance()` then does the bulk update of the
+/// step. A service replies to the coupler between the two, so the others work while it advances.
+class FluidSolver : public Solver {
+ public:
+  /// Loads during step `kinematics.step` on bodies that move as given.
+  /// @param loads  resized and overwritten; on return loads.step = kinematics.step
+  /// @throws SolverError if the solver diverged, or a body left the domain
+  virtual void exchange(const Kinematics& kinematics, Loads& loads) = 0;
+
+  /// Bulk update of the step that `exchange` began.
+  /// @throws SolverError naming rank and step if the flow diverged
+  virtual void advance() = 0;
+};
+
+/// Rigid bodies with springs, advanced step by step.
+///
+/// Legal call order:
+///   construct(BodySetup)  ->  [restore]  ->  kinematics  ->  { step -> [save] }*  ->  summarise
+class BodySolver : public Solver {
+ public:
+  /// Where inside a step the actuators' values are needed, as fractions of the step, ascending, the first 0.
+  [[nodiscard]] virtual std::vector<double> driving_nodes() const = 0;
+
+  /// State of motion at the start of the next step.
+  virtual void kinematics(Kinematics& kinematics) = 0;
+
+  /// Advances from step n = applied.hydrodynamic.step to n + 1.
+  /// @param next  resized and overwritten with the state at the start of step n + 1
+  /// @throws SolverError if bodies overlap (named), or a state is not finite
+  virtual void step(const AppliedLoads& applied, Kinematics& next) = 0;
 };
 
 }  // namespace copepod

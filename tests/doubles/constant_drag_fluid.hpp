@@ -6,7 +6,7 @@
 
 #include "contract/digest.hpp"
 #include "contract/fluid_setup.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 
 namespace copepod::doubles {
 

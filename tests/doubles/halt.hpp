@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "contract/body_solver.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "contract/solver_context.hpp"
 
 namespace copepod::doubles {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
+#include "contract/solver.hpp"
 
 namespace copepod::doubles {
 

@@ -334,6 +334,21 @@ class SimulationTest(unittest.TestCase):
             sim.step(5)
             self.assertEqual(sim.steps, 15)
 
+    def test_a_snapshot_that_finds_that_the_flow_diverged_is_the_one_failure(self):
+        fluid = {"solver": "lattice_boltzmann", "density_kg_per_m3": 1000, "kinematic_viscosity_m2_per_s": 1e-6}
+        fluid |= {"cell_size_m": 1e-5, "relaxation_time": 0.51, "domain_cells": [24, 24, 24]}
+        body = {"name": "fast", "shape": "sphere", "radius_m": 4e-5, "mass_kg": 1e-9, "motion": "prescribed"}
+        body |= {"position_m": [1.22e-4] * 3, "velocity_m_per_s": [11.7, 0, 0]}  # 0.39 cells per step
+        with warnings.catch_warnings(action="ignore"):
+            sim = copepod.Simulation({"case": "fast", "fluid": fluid, "bodies": [body], "run": {"steps": 100}})
+        with self.assertRaisesRegex(copepod.RunError, "the flow diverged at cell"):
+            for _ in range(9):
+                sim.step()
+                sim.snapshot()
+        with self.assertRaisesRegex(copepod.Error, "this simulation has failed"):
+            sim.step()
+        sim.close()
+
     def test_the_examples_in_c_and_fortran(self):
         warn = ("-Wall", "-Wextra", "-Werror", "-fsanitize=address")
         for command, example in (

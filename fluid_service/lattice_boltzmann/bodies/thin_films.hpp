@@ -50,19 +50,15 @@ class ThinFilms {
   /// The same for exchange_groups.
   /// @param films  of the body, which refers to them
   void put(Surfaces surfaces, BodyInBlock& body, std::vector<FilmBeside>& films) const {
-    using Map = Eigen::Map<Eigen::Vector3d>;
-    for (const NearSurface& surface : surfaces) {
-      FilmBeside& film = films.emplace_back(FilmBeside{.is_wall = !surface.is_body(),
-                                                       .is_ellipsoid = surface.is_ellipsoid(),
-                                                       .other = surface.is_mirrored() ? -1 : surface.other,
-                                                       .radius_m = surface.radius_m,
-                                                       .distance_of_centre_m = surface.distance_of_centre_m,
-                                                       .far_m = surface.stretch * far_m_});
-      Map(film.centre_m) = surface.core.centre_W_m;
-      Map(film.half_m) = surface.core.half_W_m;
-      Map(film.normal) = surface.normal;
-      Eigen::Map<Eigen::Matrix3d>(film.inverse_per_m2) = surface.inverse_per_m2;
-    }
+    for (const NearSurface& surface : surfaces)
+      films.push_back({.other = surface.is_mirrored() ? -1 : surface.other,
+                       .centre_m = surface.is_body() ? surface.core.centre_W_m.data() : nullptr,
+                       .half_m = surface.core.half_W_m.data(),
+                       .inverse_per_m2 = surface.is_ellipsoid() ? surface.inverse_per_m2.data() : nullptr,
+                       .radius_m = surface.radius_m,
+                       .normal = surface.normal.data(),
+                       .distance_of_centre_m = surface.distance_of_centre_m,
+                       .far_m = surface.stretch * far_m_});
     body.films = films.data();
     body.film_count = films.size();
     body.cell_m = setup_.cell_size_m;

@@ -18,17 +18,15 @@ namespace copepod::fluid {
 
 /// A NearSurface of a body, and what links that end in films beside it add.
 struct FilmBeside {
-  bool is_wall = false;
-  bool is_ellipsoid = false;
-  bool is_near = false;  ///< of the group of cells that is computed
-  int other = -1;        ///< body whose loads take half of what the film leaves out; −1: none
-  double centre_m[3]{};  ///< of another body, from the centre of this one
-  double half_m[3]{};    ///< of its core
+  int other = -1;                          ///< body whose loads take half of what the film leaves out; −1: none
+  const double* centre_m = nullptr;        ///< of another body, from the centre of this one; null: a wall
+  const double* half_m = nullptr;          ///< of its core
+  const double* inverse_per_m2 = nullptr;  ///< S⁻¹ of an ellipsoid, else null
   double radius_m = 0.0;
-  double inverse_per_m2[9]{};  ///< of an ellipsoid, S⁻¹
-  double normal[3]{};
+  const double* normal = nullptr;
   double distance_of_centre_m = 0.0;
-  double far_m = 0.0;  ///< no film so far from the plane with this normal that touches the surface
+  double far_m = 0.0;    ///< no film so far from the plane with this normal that touches the surface
+  bool is_near = false;  ///< of the group of cells that is computed
   static constexpr std::size_t components = 6;
   std::array<Lanes<double>, components> added{};       ///< force and torque on `other`, by that group
   std::array<Lanes<std::int64_t>, components> sums{};  ///< by all groups, as in LaneSums
@@ -312,10 +310,9 @@ struct ExchangeGroupLoop {
 
   /// From a surface to points, as NearSurface::from has it.
   [[gnu::always_inline]] static V thickness_m(const FilmBeside& film, const V (&point_m)[3]) {
-    if (film.is_wall) return film.distance_of_centre_m + dot(film.normal, point_m);
+    if (film.centre_m == nullptr) return film.distance_of_centre_m + dot(film.normal, point_m);
     V p[3] = {point_m[0] - film.centre_m[0], point_m[1] - film.centre_m[1], point_m[2] - film.centre_m[2]};
-    const double* const half = film.half_m;
-    if (film.is_ellipsoid) {
+    if (film.inverse_per_m2 != nullptr) {
       V along[3];
       multiply(film.inverse_per_m2, p, along);
       const double* const last = film.inverse_per_m2 + 6;
@@ -323,6 +320,7 @@ struct ExchangeGroupLoop {
       const V s = square_root(dot(p, along));
       return (s - 1.0) * s / square_root(dot(along, along));
     }
+    const double* const half = film.half_m;
     if (const double square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]; square > 0.0) {
       V nearest = dot(half, p) / square;
       nearest = nearest < -1.0 ? V{} - 1.0 : (nearest > 1.0 ? V{} + 1.0 : nearest);

@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
+#include "contract/solver.hpp"
 #include "geometry/contact_time.hpp"
 #include "geometry/shapes/solid.hpp"
 

@@ -11,9 +11,8 @@
 #include <vector>
 
 #include "contract/body_setup.hpp"
-#include "contract/body_solver.hpp"
 #include "contract/errors.hpp"
-#include "contract/fluid_solver.hpp"
+#include "contract/solver.hpp"
 #include "geometry/actuator_loads.hpp"
 #include "run/components.hpp"
 

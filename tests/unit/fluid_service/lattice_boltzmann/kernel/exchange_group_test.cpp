@@ -105,20 +105,18 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
     }
   };
   expect_the_same_of_all();
-  films[0] = {.is_wall = true, .normal = {0, 0, 1}, .distance_of_centre_m = 1.0, .far_m = 9.0};
+  constexpr double z[] = {0.0, 0.0, 1.0}, back[] = {-1.0, 0.0, 0.0}, centre_m[] = {8.0, 9.0, 1.0},
+                   half_m[] = {0.0, 0.5, 2.0}, x[] = {1.0, 0.0, 0.0}, other_centre_m[] = {-6.0, 2.0, 3.0},
+                   inverse_per_m2[] = {0.1, 0.01, -0.02, 0.01, 0.2, 0.01, -0.02, 0.01, 0.3};
+  films[0] = {.normal = z, .distance_of_centre_m = 1.0, .far_m = 9.0};
   films[1] = {.other = 0,
-              .centre_m = {8.0, 9.0, 1.0},
-              .half_m = {0.0, 0.5, 2.0},
+              .centre_m = centre_m,
+              .half_m = half_m,
               .radius_m = 2.0,
-              .normal = {-1, 0, 0},
+              .normal = back,
               .distance_of_centre_m = -4.0,
               .far_m = 9.0};
-  films[2] = {.is_ellipsoid = true,
-              .other = 1,
-              .centre_m = {-6.0, 2.0, 3.0},
-              .inverse_per_m2 = {0.1, 0.01, -0.02, 0.01, 0.2, 0.01, -0.02, 0.01, 0.3},
-              .normal = {1, 0, 0},
-              .far_m = 9.0};
+  films[2] = {.other = 1, .centre_m = other_centre_m, .inverse_per_m2 = inverse_per_m2, .normal = x, .far_m = 9.0};
   sphere.films = films.data();
   sphere.film_count = films.size();
   const auto without_films = std::exchange(expected, all(baseline_kernels<T>().exchange_groups));
