@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <cstring>
 #include <span>
 #include <string>
 
@@ -14,20 +13,6 @@
 namespace copepod::conversion {
 
 using Doubles = google::protobuf::RepeatedField<double>;
-
-/// Overwrites `field` with `count` doubles; one memcpy, no allocation once the field has grown.
-inline void assign(Doubles& field, const double* values, Eigen::Index count) {
-  const int size = static_cast<int>(count);
-  field.Clear();
-  field.Reserve(size);
-  double* target = field.AddNAlreadyReserved(size);
-  if (size > 0) std::memcpy(target, values, sizeof(double) * static_cast<std::size_t>(size));
-}
-
-template <class Derived>
-void assign(Doubles& field, const Eigen::PlainObjectBase<Derived>& matrix) {
-  assign(field, matrix.data(), matrix.size());
-}
 
 inline void require_length(std::size_t found, Eigen::Index length, const char* name) {
   if (found != static_cast<std::size_t>(length))
@@ -52,11 +37,6 @@ void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const ch
   for (const double value : matrix.col(column))
     if (!all_finite(&value, 1))
       throw NotFinite(std::string(name) + " of body " + std::to_string(column) + " is " + std::to_string(value));
-}
-
-inline double read_finite(double value, const char* name) {
-  require_finite(&value, 1, name);
-  return value;
 }
 
 inline void require_at_most(std::size_t size, std::size_t limit, const char* name) {

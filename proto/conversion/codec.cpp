@@ -1,6 +1,5 @@
 #include "conversion/codec.hpp"
 
-#include <array>
 #include <stdexcept>
 #include <vector>
 
@@ -8,7 +7,6 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include "conversion/arrays.hpp"
-#include "conversion/limits.hpp"
 #include "copepod/v1/envelope.pb.h"
 
 namespace copepod::conversion {
@@ -135,8 +133,8 @@ Bytes Encoder::encode_again(std::uint32_t attempt) {
 }
 
 Bytes Encoder::encode(const Header& header, const session::Configured& configured) {
-  assign(*buffers_->envelope.mutable_configured()->mutable_driving_nodes(), configured.driving_nodes.data(),
-         static_cast<Eigen::Index>(configured.driving_nodes.size()));
+  const std::vector<double>& nodes = configured.driving_nodes;
+  buffers_->envelope.mutable_configured()->mutable_driving_nodes()->Assign(nodes.begin(), nodes.end());
   return serialise(header);
 }
 

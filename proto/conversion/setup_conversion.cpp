@@ -399,7 +399,8 @@ void Decoder::read(SolverSummary& summary) const {
   summary.seconds.clear();
   for (const auto& [phase, seconds] : wire.seconds()) {
     require_at_most(phase.size(), kLimits.string_bytes, "phase");
-    summary.seconds[phase] = read_finite(seconds, "seconds");
+    require_finite(&seconds, 1, "seconds");
+    summary.seconds[phase] = seconds;
   }
 }
 

@@ -24,11 +24,10 @@ std::vector<double> of_each(const std::vector<Shape>& shapes, const auto& length
 /// @param sorted  overwritten
 void sort_pairs(const std::vector<BodyPair>& pairs, std::size_t bodies, std::vector<BodyPair>& sorted) {
   std::vector<std::ptrdiff_t> end(bodies + 1);  // of the pairs of each body; while they are filled in, the next place
-  for (const BodyPair& pair : pairs) ++end[static_cast<std::size_t>(pair.first) + 1];
+  for (const BodyPair& pair : pairs) ++end[pair.first + 1];
   std::partial_sum(end.begin(), end.end(), end.begin());
   sorted.resize(pairs.size());
-  for (const BodyPair& pair : pairs)
-    sorted[static_cast<std::size_t>(end[static_cast<std::size_t>(pair.first)]++)] = pair;
+  for (const BodyPair& pair : pairs) sorted[end[pair.first]++] = pair;
   auto from = sorted.begin();
   for (std::size_t body = 0; body < bodies; ++body) {
     const auto to = sorted.begin() + end[body];

@@ -1,8 +1,5 @@
 #include "geometry/near_surfaces.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include <Eigen/LU>
 
 namespace copepod {
@@ -25,7 +22,7 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
 }
 
 NearSurface NearSurfaces::placed(int body, const Kinematics& kinematics) const {
-  const Shape& shape = setup_.bodies[static_cast<std::size_t>(body)];
+  const Shape& shape = setup_.bodies[body];
   NearSurface surface{.other = body, .radius_m = shape.radius_m};
   surface.core = core_of(shape, body, kinematics.position_m, kinematics.orientation_wxyz);
   if (shape.kind == ShapeKind::ellipsoid) {
@@ -45,7 +42,7 @@ void NearSurfaces::find(const Kinematics& kinematics) {
     surfaces_[body].clear();
     own_[body] = placed(static_cast<int>(body), kinematics);
   }
-  const auto shape = [this](int body) -> const Shape& { return setup_.bodies[static_cast<std::size_t>(body)]; };
+  const auto shape = [this](int body) -> const Shape& { return setup_.bodies[body]; };
   for (const auto& [A, B] : near_pairs_.at(kinematics.position_m)) {
     if (!have_films(shape(A), shape(B))) continue;
     add_images(A, B);
@@ -54,7 +51,7 @@ void NearSurfaces::find(const Kinematics& kinematics) {
   for (int body = 0; body < static_cast<int>(surfaces_.size()); ++body) {
     if (!have_films(shape(body), shape(body))) continue;
     add_images(body, body);
-    auto& surfaces = surfaces_[static_cast<std::size_t>(body)];
+    auto& surfaces = surfaces_[body];
     std::ranges::stable_sort(surfaces, {}, &NearSurface::other);
     add_walls(body);
   }
@@ -63,12 +60,11 @@ void NearSurfaces::find(const Kinematics& kinematics) {
 /// The other body, its images through periodic faces and, where both are near mirrors, those in them. A mirror image is
 /// further away than the body itself, so that its own are all that a body may meet beside those of its partners.
 void NearSurfaces::add_images(int body, int other) {
-  NearSurface own = own_[static_cast<std::size_t>(body)];
+  NearSurface own = own_[body];
   const Eigen::Vector3d centre_m = own.core.centre_W_m;
   own.core.centre_W_m.setZero();
-  const NearSurface& original = own_[static_cast<std::size_t>(other)];
-  const double reach_m = bounding_radius_m(setup_.bodies[static_cast<std::size_t>(body)]) +
-                         bounding_radius_m(setup_.bodies[static_cast<std::size_t>(other)]) + reach_m_;
+  const NearSurface& original = own_[other];
+  const double reach_m = bounding_radius_m(setup_.bodies[body]) + bounding_radius_m(setup_.bodies[other]) + reach_m_;
   const bool jointed = std::ranges::binary_search(setup_.jointed, BodyPair(std::minmax({body, other})));
   const unsigned mirrorings = std::ranges::count(mirror_, true) > 0 ? 8 : 1;
   for (unsigned axes = other == body && reach_m < shortest_period_m_ ? 1 : 0; axes < mirrorings; ++axes) {
@@ -80,7 +76,7 @@ void NearSurfaces::add_images(int body, int other) {
       const double plane_m = high ? length_m_[axis] : 0.0;
       const bool cut = std::abs(original.core.centre_W_m[axis] - plane_m) < 1e-6 * setup_.cell_size_m;  // its own image
       exists = exists && mirror_[static_cast<std::size_t>(2 * axis + (high ? 1 : 0))] && !cut;
-      surface.mirrored[static_cast<std::size_t>(axis)] = true;
+      surface.mirrored[axis] = true;
       surface.core.centre_W_m[axis] = 2.0 * plane_m - original.core.centre_W_m[axis];
       surface.core.half_W_m[axis] *= -1.0;
       surface.squares_m2.row(axis) *= -1.0;
@@ -102,16 +98,15 @@ void NearSurfaces::add_images(int body, int other) {
       surface.distance_of_centre_m = place_m.norm() - surface.radius_m -
                                      std::abs(surface.normal.dot(surface.core.half_W_m)) -
                                      std::sqrt(surface.normal.dot(surface.squares_m2 * surface.normal));
-      surfaces_[static_cast<std::size_t>(body)].push_back(surface);
+      surfaces_[body].push_back(surface);
     });
   }
 }
 
 void NearSurfaces::add_walls(int body) {
-  const NearSurface& own = own_[static_cast<std::size_t>(body)];
+  const NearSurface& own = own_[body];
   for (int face = 0; face < 6; ++face) {
-    const auto number = static_cast<std::size_t>(face);
-    if (!setup_.boundaries[number].is_wall(number) || mirror_[number]) continue;
+    if (!setup_.boundaries[face].is_wall(face) || mirror_[face]) continue;
     const Eigen::Index axis = face / 2;
     const double sign = face % 2 == 0 ? 1.0 : -1.0;
     const double distance_m = face % 2 == 0 ? own.core.centre_W_m[axis] : length_m_[axis] - own.core.centre_W_m[axis];
@@ -120,7 +115,7 @@ void NearSurfaces::add_walls(int body) {
     NearSurface wall{.face = face};
     wall.normal[axis] = sign;
     wall.distance_of_centre_m = distance_m;
-    surfaces_[static_cast<std::size_t>(body)].push_back(wall);
+    surfaces_[body].push_back(wall);
   }
 }
 

@@ -1,7 +1,5 @@
 #include "geometry/segment_distance.hpp"
 
-#include <algorithm>
-
 namespace copepod {
 
 double nearest_place(const CoreSegment& first, const CoreSegment& second) {

@@ -93,10 +93,9 @@ template <class Depth>
 double Overlaps::deepest_m(int A, int B, const Eigen::Matrix3Xd& position_m, const Eigen::Matrix4Xd& orientation_wxyz,
                            const Depth& depth) const {
   const auto placed = [&](int body, const Eigen::Vector3d& place_m) {
-    return Placed{*solids_[static_cast<std::size_t>(body)], place_m, rotation_matrix(orientation_wxyz.col(body))};
+    return Placed{*solids_[body], place_m, rotation_matrix(orientation_wxyz.col(body))};
   };
-  const double reach_m =
-      bounding_radius_m(shapes_[static_cast<std::size_t>(A)]) + bounding_radius_m(shapes_[static_cast<std::size_t>(B)]);
+  const double reach_m = bounding_radius_m(shapes_[A]) + bounding_radius_m(shapes_[B]);
   double deepest_m = 0.0;
   images_.for_each(position_m.col(B) - position_m.col(A), reach_m,
                    [&](const Eigen::Vector3d& place_m, const Eigen::Vector3d& number) {
@@ -108,8 +107,8 @@ double Overlaps::deepest_m(int A, int B, const Eigen::Matrix3Xd& position_m, con
 
 double Overlaps::depth_m(int A, int B, const Eigen::Matrix3Xd& position_m,
                          const Eigen::Matrix4Xd& orientation_wxyz) const {
-  const Shape& first = shapes_[static_cast<std::size_t>(A)];
-  const Shape& second = shapes_[static_cast<std::size_t>(B)];
+  const Shape& first = shapes_[A];
+  const Shape& second = shapes_[B];
   if (is_round(first) && is_round(second)) {
     const double reach_m = bounding_radius_m(first) + bounding_radius_m(second);
     const double distance_m =
