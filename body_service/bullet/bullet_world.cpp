@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <btBulletDynamicsCommon.h>
 #include <cmath>
-#include <memory>
 #include <new>
 #include <numbers>
 #include <string>
@@ -273,14 +272,13 @@ class BulletWorld final : public EngineWorld {
     }
     const Kinematics start = initial_kinematics(model);
     for (Eigen::Index body = 0; body < model.bodies(); ++body) {
-      add_body(body, setup.bodies[static_cast<std::size_t>(body)]);
+      add_body(body, setup.bodies[body]);
       place(body, start);
       if (model.motion(body) == MotionKind::axis) add_joint(body, start);
     }
     for (const WallSpecification& wall : setup.walls) add_wall(wall);
     for (const SpringSpecification& spring : setup.springs)
-      pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[static_cast<std::size_t>(spring.body_A)],
-                                                          *bodies_[static_cast<std::size_t>(spring.body_B)]));
+      pulls_.push_back(std::make_unique<SpringConstraint>(*bodies_[spring.body_A], *bodies_[spring.body_B]));
   }
 
   [[nodiscard]] bool has_springs() const override { return true; }
@@ -291,12 +289,11 @@ class BulletWorld final : public EngineWorld {
     btSequentialImpulseConstraintSolver solver;
     btDiscreteDynamicsWorld world(&dispatcher_, &broadphase, &solver, &configuration_);
     configure(world, loads);
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const auto body = static_cast<Eigen::Index>(i);
+    for (Eigen::Index body = 0; body < std::ssize(bodies_); ++body) {
       place(body, state);
-      bodies_[i]->applyCentralForce(to_bullet(loads.force_N.col(body), units_.force_N()));
-      bodies_[i]->applyTorque(to_bullet(loads.torque_N_m.col(body), units_.torque_N_m()));
-      world.addRigidBody(bodies_[i].get());
+      bodies_[body]->applyCentralForce(to_bullet(loads.force_N.col(body), units_.force_N()));
+      bodies_[body]->applyTorque(to_bullet(loads.torque_N_m.col(body), units_.torque_N_m()));
+      world.addRigidBody(bodies_[body].get());
     }
     for (const auto& wall : walls_) world.addRigidBody(wall.get());
     const auto motion = as_motion_state<BlockState>(state);
@@ -357,7 +354,7 @@ class BulletWorld final : public EngineWorld {
   }
 
   void add_joint(Eigen::Index body, const Kinematics& start) {
-    btRigidBody& moving = *bodies_[static_cast<std::size_t>(body)];
+    btRigidBody& moving = *bodies_[body];
     const btTransform rail(frame_along(model_.axis(body)), to_bullet(start.position_m.col(body), units_.length_m));
     const btTransform on_body = moving.getWorldTransform().inverse() * rail;
     auto joint =
@@ -371,8 +368,8 @@ class BulletWorld final : public EngineWorld {
   }
 
   void place(Eigen::Index body, const Kinematics& state) {
-    btRigidBody& placed = *bodies_[static_cast<std::size_t>(body)];
-    const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)) * q_BP_[static_cast<std::size_t>(body)],
+    btRigidBody& placed = *bodies_[body];
+    const btTransform pose(to_bullet_rotation(state.orientation_wxyz.col(body)) * q_BP_[body],
                            to_bullet(state.position_m.col(body), units_.length_m));
     const btVector3 velocity = to_bullet(state.velocity_m_per_s.col(body), units_.velocity_m_per_s());
     const btVector3 angular_velocity = to_bullet(state.angular_velocity_rad_per_s.col(body), 1.0 / units_.time_s);
@@ -414,12 +411,11 @@ class BulletWorld final : public EngineWorld {
       q = rotated(units_.time_s * state.angular_velocity_rad_per_s.col(body), q).normalized();
       return;
     }
-    const btRigidBody& moved = *bodies_[static_cast<std::size_t>(body)];
+    const btRigidBody& moved = *bodies_[body];
     x = from_bullet(moved.getWorldTransform().getOrigin(), units_.length_m);
     state.velocity_m_per_s.col(body) = from_bullet(moved.getLinearVelocity(), units_.velocity_m_per_s());
     state.angular_velocity_rad_per_s.col(body) = from_bullet(moved.getAngularVelocity(), 1.0 / units_.time_s);
-    const btQuaternion turned =
-        moved.getWorldTransform().getRotation() * q_BP_[static_cast<std::size_t>(body)].inverse();
+    const btQuaternion turned = moved.getWorldTransform().getRotation() * q_BP_[body].inverse();
     q = of_the_same_sign({turned.w(), turned.x(), turned.y(), turned.z()}, q);
   }
 
