@@ -3,7 +3,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -13,6 +12,7 @@
 
 #include "c_border.hpp"
 #include "component/run_component.hpp"
+#include "contract/features.hpp"
 #include "conversion/codec.hpp"
 #include "conversion/limits.hpp"
 #include "copepod_component.h"
@@ -228,9 +228,7 @@ int copepod_component_open(int argc, char** argv, const char* role, const char* 
     for (int i = 0; i < argc; ++i) require_arguments(argv[i]);
     for (const std::string text : {name, version, features})
       require(conversion::as_utf8(text, text.size()) == text, "a text is not UTF-8 (wrongly encoded). Give UTF-8.");
-    Capabilities capabilities{name, version, {}};
-    std::istringstream words(features);
-    for (std::string word; words >> word;) capabilities.features.insert(word);
+    const Capabilities capabilities{name, version, features_in(features)};
     CalledComponent& called = *(component = new CalledComponent);
     called.kit = std::thread([&called, argc, argv, is_fluid, capabilities] {
       const int code =

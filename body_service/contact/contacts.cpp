@@ -101,8 +101,7 @@ Contacts::Contacts(const BodySetup& setup, const BodyModel& model, const Joints&
         "body '" + model.name(near_pairs.longer_than_the_box().front()) +
         "' is longer than the periodic domain (it would be in contact with its own image). Use a larger domain.");
   law_ = {setup.contact.stiffness_N_per_m, damping_ratio_of(setup.contact.restitution)};
-  for (std::size_t rank = 0; rank < by_rank_.size(); ++rank)
-    rank_[static_cast<std::size_t>(by_rank_[rank])] = static_cast<int>(rank);
+  for (std::size_t rank = 0; rank < by_rank_.size(); ++rank) rank_[by_rank_[rank]] = static_cast<int>(rank);
   force_N_.resize(3, model.bodies());
   torque_N_m_.resize(3, model.bodies());
 }
@@ -142,7 +141,7 @@ void Contacts::list_pairs(const Eigen::Matrix3Xd& position_m) {
   const std::vector<BodyPair>& near = near_pairs_.at(position_m);
   if (listing_ == near_pairs_.listing()) return;
   listing_ = near_pairs_.listing();
-  const auto rank = [this](int body) { return rank_[static_cast<std::size_t>(body)]; };
+  const auto rank = [this](int body) { return rank_[body]; };
   pairs_.clear();
   for (auto [A, B] : near) {
     if (!model_.moves(A) && !model_.moves(B)) continue;
@@ -304,7 +303,7 @@ void Contacts::restore(std::span<const std::uint64_t> words) {
 const ContactMemory* Contacts::before(int body, int other, std::uint32_t image) {
   const auto place = [this](int first, int second) {
     const bool wall = second >= static_cast<int>(rank_.size());
-    const auto rank = [&](int of) { return wall ? of : rank_[static_cast<std::size_t>(of)]; };
+    const auto rank = [&](int of) { return wall ? of : rank_[of]; };
     return std::tuple(wall, rank(first), rank(second));
   };
   const auto wanted = place(body, other);

@@ -1,11 +1,8 @@
 #include "forces/forces.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <numbers>
 #include <set>
-#include <string>
 
 #include <Eigen/Geometry>
 

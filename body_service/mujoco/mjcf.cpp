@@ -186,12 +186,12 @@ class Writer {
            contact_attributes(0.5 * largest_inverse_mass_per_kg(setup_.bodies)) + "/>\n";
   }
 
-  [[nodiscard]] const BodySpecification& of(int body) const { return setup_.bodies[static_cast<std::size_t>(body)]; }
+  [[nodiscard]] const BodySpecification& of(int body) const { return setup_.bodies[body]; }
 
   /// A body in the frame of the one that it hangs on, with those that hang on it.
   [[nodiscard]] std::string body(int number) const {
     const BodySpecification& body = of(number);
-    const JointTree::Node& node = tree_.bodies[static_cast<std::size_t>(number)];
+    const JointTree::Node& node = tree_.bodies[number];
     const Rod rod = rod_of(node);
     Eigen::Vector3d position_m = body.position_m;
     Eigen::Vector4d orientation_wxyz = body.orientation_wxyz;
@@ -288,9 +288,7 @@ class Writer {
            attribute("solreflimit", {2.0 * step_, 1.0}) + attribute("solimplimit", {0.9999, 0.9999, 0.001});
   }
 
-  [[nodiscard]] const JointSpecification& joint_at(int number) const {
-    return setup_.joints[static_cast<std::size_t>(number)];
-  }
+  [[nodiscard]] const JointSpecification& joint_at(int number) const { return setup_.joints[number]; }
 
   /// A vector of a body's frame in the world.
   [[nodiscard]] Eigen::Vector3d turned(int body, const Eigen::Vector3d& vector) const {

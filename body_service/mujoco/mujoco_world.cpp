@@ -4,8 +4,6 @@
 #include <bit>
 #include <mujoco/mujoco.h>
 #include <span>
-#include <string>
-#include <vector>
 
 #include "contract/errors.hpp"
 
@@ -73,12 +71,11 @@ class MujocoWorld final : public EngineWorld {
   void advance(Kinematics& state, const Loads& loads) override {
     auto applied = columns<6>(data_->xfrc_applied, mujoco_->nbody);
     applied.setZero();
-    for (std::size_t i = 0; i < geoms_.size(); ++i) {
-      const auto body = static_cast<Eigen::Index>(i);
-      const int id = mujoco_->geom_bodyid[geoms_[i]];
+    for (Eigen::Index body = 0; body < std::ssize(geoms_); ++body) {
+      const int id = mujoco_->geom_bodyid[geoms_[body]];
       const Eigen::Vector3d force = (loads.force_N.col(body) - own_weight_N_.col(body)) / units_.force_N();
       const Eigen::Vector3d arm =
-          columns(data_->geom_xpos, mujoco_->ngeom).col(geoms_[i]) - columns(data_->xipos, mujoco_->nbody).col(id);
+          columns(data_->geom_xpos, mujoco_->ngeom).col(geoms_[body]) - columns(data_->xipos, mujoco_->nbody).col(id);
       applied.col(id).head<3>() += force;
       applied.col(id).tail<3>() += loads.torque_N_m.col(body) / units_.torque_N_m() + arm.cross(force);
     }
@@ -153,7 +150,7 @@ class MujocoWorld final : public EngineWorld {
         throw CaseError("joint " + std::to_string(actuator.joint) +
                         " has a signal beside body.model (MuJoCo reads joints of the case only without a model). Drive "
                         "an actuator of the model, kind: control.");
-      const bool angle = setup.joints[static_cast<std::size_t>(actuator.joint)].kind == JointKind::hinge;
+      const bool angle = setup.joints[actuator.joint].kind == JointKind::hinge;
       driven_.push_back({row, mujoco_->jnt_qposadr[joint], mujoco_->jnt_dofadr[joint], angle ? 1.0 : units_.length_m});
     }
   }
@@ -163,10 +160,9 @@ class MujocoWorld final : public EngineWorld {
   void set_initial_velocities(const BodyModel& model) {
     const Kinematics start = initial_kinematics(model);
     std::vector<mjtNum> momenta(static_cast<std::size_t>(mujoco_->nv), 0.0);
-    for (std::size_t i = 0; i < geoms_.size(); ++i) {
-      if (motions_[i] == MotionKind::fixed) continue;
-      const auto body = static_cast<Eigen::Index>(i);
-      const int id = mujoco_->geom_bodyid[geoms_[i]];
+    for (Eigen::Index body = 0; body < std::ssize(geoms_); ++body) {
+      if (motions_[body] == MotionKind::fixed) continue;
+      const int id = mujoco_->geom_bodyid[geoms_[body]];
       const Eigen::Vector4d q_BP = columns<4>(mujoco_->body_iquat, mujoco_->nbody).col(id);  // of the principal axes
       const Eigen::Matrix3d R_WP = rotation_matrix(product(start.orientation_wxyz.col(body), q_BP));
       const Eigen::Vector3d momentum =
@@ -192,10 +188,9 @@ class MujocoWorld final : public EngineWorld {
   }
 
   void read(Kinematics& state) const {
-    for (std::size_t i = 0; i < geoms_.size(); ++i) {
-      if (motions_[i] == MotionKind::fixed) continue;
-      const auto body = static_cast<Eigen::Index>(i);
-      const int geom = geoms_[i];
+    for (Eigen::Index body = 0; body < std::ssize(geoms_); ++body) {
+      if (motions_[body] == MotionKind::fixed) continue;
+      const int geom = geoms_[body];
       Eigen::Matrix<mjtNum, 6, 1> velocity;  // angular, linear
       mj_objectVelocity(mujoco_.get(), data_.get(), mjOBJ_GEOM, geom, velocity.data(), 0);
       state.position_m.col(body) = columns(data_->geom_xpos, mujoco_->ngeom).col(geom) * units_.length_m;

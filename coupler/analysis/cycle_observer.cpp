@@ -259,22 +259,21 @@ void CycleObserver::set_phase(std::int64_t within, std::int64_t period_steps) {
 
 void CycleObserver::sample(const Group& group, CycleSums& sums, const StepRecord& record) {
   set_phase(sums.samples, group.period_steps);
-  for (std::size_t i = 0; i < group.arms.size(); ++i) {
-    const auto arm = static_cast<Eigen::Index>(i);
-    const double change = arm_m(group.arms[i], record) - sums.first_arm_m[arm];
+  for (Eigen::Index arm = 0; arm < std::ssize(group.arms); ++arm) {
+    const double change = arm_m(group.arms[arm], record) - sums.first_arm_m[arm];
     sums.arm_m[arm] += change;
     sums.arm_cosine_m[arm] += change * cosine_;
     sums.arm_sine_m[arm] += change * sine_;
   }
   const Eigen::Vector3d axis = sums.turned * group.axis;
-  for (std::size_t i = 0; i < group.bodies.size(); ++i) {
+  for (Eigen::Index i = 0; i < std::ssize(group.bodies); ++i) {
     const int body = group.bodies[i];
     const Eigen::Vector3d v = record.kinematics.velocity_m_per_s.col(body);
     const Eigen::Vector3d w = record.kinematics.angular_velocity_rad_per_s.col(body);
     sums.power_W += record.drive.force_N.col(body).dot(v) + record.drive.torque_N_m.col(body).dot(w);
     sums.dissipation_W -= record.applied.force_N.col(body).dot(v) + record.applied.torque_N_m.col(body).dot(w);
-    double& fastest = sums.max_speed_m_per_s[static_cast<Eigen::Index>(i)];
-    double& fastest_along = sums.max_speed_along_m_per_s[static_cast<Eigen::Index>(i)];
+    double& fastest = sums.max_speed_m_per_s[i];
+    double& fastest_along = sums.max_speed_along_m_per_s[i];
     fastest = std::max(fastest, v.norm());
     fastest_along = std::max(fastest_along, std::abs(v.dot(axis)));
   }

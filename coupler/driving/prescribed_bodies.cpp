@@ -88,7 +88,7 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
   kinematics.angular_velocity_rad_per_s(Eigen::all, free_) = others_kinematics_.angular_velocity_rad_per_s;
   for (std::size_t i = 0; i < prescribed_.size(); ++i) {
     const Eigen::Index number = prescribed_[i];
-    const BodySpecification& body = bodies_[static_cast<std::size_t>(number)];
+    const BodySpecification& body = bodies_[number];
     const auto [factor, way_steps] = driving_.prescribed(i, step);
     const double time_s = way_steps * step_s_;
     kinematics.position_m.col(number) = body.position_m + time_s * body.velocity_m_per_s;
@@ -100,7 +100,7 @@ void PrescribedBodies::complete(Kinematics& kinematics) {
 
 void PrescribedBodies::check_overlaps(const Kinematics& kinematics) const {
   for (const Eigen::Index prescribed : prescribed_) {
-    const BodySpecification& A = bodies_[static_cast<std::size_t>(prescribed)];
+    const BodySpecification& A = bodies_[prescribed];
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       const BodySpecification& B = bodies_[b];
       if (&A == &B || !(overlaps_.depth_m(static_cast<int>(prescribed), static_cast<int>(b), kinematics.position_m,

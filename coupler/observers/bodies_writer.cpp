@@ -144,13 +144,12 @@ std::string BodiesWriter::frame_text(const StepRecord& record) const {
   std::vector<float> points, normals;
   std::vector<std::int32_t> strips, ends, numbers;
   std::vector<char> names;
-  for (std::size_t body = 0; body < surfaces_.size(); ++body) {
-    const auto column = static_cast<Eigen::Index>(body);
+  for (Eigen::Index body = 0; body < std::ssize(surfaces_); ++body) {
     const Surface& surface = surfaces_[body];
-    const Eigen::Matrix3d R_WB = rotation_matrix(state.orientation_wxyz.col(column));
-    Eigen::Vector3d center_m = state.position_m.col(column);
+    const Eigen::Matrix3d R_WB = rotation_matrix(state.orientation_wxyz.col(body));
+    Eigen::Vector3d center_m = state.position_m.col(body);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const double length_m = periodic_length_m_[static_cast<std::size_t>(axis)];
+      const double length_m = periodic_length_m_[axis];
       if (length_m > 0.0) center_m[axis] -= length_m * std::floor(center_m[axis] / length_m);
     }
     const auto first = static_cast<std::int32_t>(points.size() / 3);

@@ -79,12 +79,12 @@ Lubrication::Vector6 Lubrication::Film::relative(const std::vector<Vector6>& mot
 }
 
 /// M⁻¹; zero for a body that no load moves.
-Lubrication::Matrix6 Lubrication::inverse_inertia(std::size_t body, const Kinematics& kinematics) const {
+Lubrication::Matrix6 Lubrication::inverse_inertia(Eigen::Index body, const Kinematics& kinematics) const {
   const BodySpecification& specification = bodies_.bodies[body];
   Matrix6 result = Matrix6::Zero();
   if (specification.motion != MotionKind::free && specification.motion != MotionKind::axis) return result;
   const Eigen::Matrix3d inertia_kg_m2 = inertia_tensor_kg_m2(specification);
-  const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(static_cast<Eigen::Index>(body)));
+  const Eigen::Matrix3d R_WB = rotation_matrix(kinematics.orientation_wxyz.col(body));
   const Eigen::Matrix3d along = R_WB.col(2) * R_WB.col(2).transpose();
   result.topLeftCorner<3, 3>().diagonal().setConstant(1.0 / specification.mass_kg);
   if (specification.inertia_kg_m2.empty())
@@ -105,10 +105,8 @@ void Lubrication::find_films() {
   const double viscosity_Pa_s = fluid_.density_kg_per_m3 * fluid_.kinematic_viscosity_m2_per_s;
   films_.clear();
   fastest_per_s_ = 0.0;
-  for (std::size_t body = 0; body < motion_.size(); ++body) {
-    const auto column = static_cast<Eigen::Index>(body);
-    motion_[body] << moved_.velocity_m_per_s.col(column), moved_.angular_velocity_rad_per_s.col(column);
-  }
+  for (Eigen::Index body = 0; body < std::ssize(motion_); ++body)
+    motion_[body] << moved_.velocity_m_per_s.col(body), moved_.angular_velocity_rad_per_s.col(body);
   surfaces_->find(moved_);
   for (std::size_t body = 0; body < motion_.size(); ++body) {
     NearSurface own = surfaces_->surface_of(body);
@@ -150,16 +148,15 @@ double Lubrication::duration_s(double left_s) const {
 
 /// Of bodies beside films: how they respond to a load, and their motion after that time without films.
 void Lubrication::predict(double duration_s, const Loads& applied, const Loads& drive) {
-  const auto predict_body = [&](int number) {
-    const auto body = static_cast<std::size_t>(number);
+  const auto predict_body = [&](int body) {
     const BodySpecification& specification = bodies_.bodies[body];
     const double displaced_kg = bodies_.fluid_density_kg_per_m3 * volume_m3(specification.shape);
     Vector6 load;
-    load << applied.force_N.col(number) + drive.force_N.col(number) +
+    load << applied.force_N.col(body) + drive.force_N.col(body) +
                 (specification.mass_kg - displaced_kg) * bodies_.gravity_m_per_s2,
-        applied.torque_N_m.col(number) + drive.torque_N_m.col(number);
+        applied.torque_N_m.col(body) + drive.torque_N_m.col(body);
     response_[body] = duration_s * inverse_inertia(body, moved_);
-    motion_[body] << moved_.velocity_m_per_s.col(number), moved_.angular_velocity_rad_per_s.col(number);
+    motion_[body] << moved_.velocity_m_per_s.col(body), moved_.angular_velocity_rad_per_s.col(body);
     motion_[body] += response_[body] * load;
   };
   for (Film& film : films_) {
@@ -210,13 +207,12 @@ void Lubrication::add_up(double share) {
 
 /// All bodies with their motion at the end of a part of the step.
 void Lubrication::move(double duration_s) {
-  for (std::size_t body = 0; body < motion_.size(); ++body) {
-    const auto column = static_cast<Eigen::Index>(body);
+  for (Eigen::Index body = 0; body < std::ssize(motion_); ++body) {
     const Eigen::Vector3d velocity = motion_[body].head<3>(), angular_velocity = motion_[body].tail<3>();
-    moved_.velocity_m_per_s.col(column) = velocity;
-    moved_.angular_velocity_rad_per_s.col(column) = angular_velocity;
-    moved_.position_m.col(column) += duration_s * velocity;
-    moved_.orientation_wxyz.col(column) = rotated(duration_s * angular_velocity, moved_.orientation_wxyz.col(column));
+    moved_.velocity_m_per_s.col(body) = velocity;
+    moved_.angular_velocity_rad_per_s.col(body) = angular_velocity;
+    moved_.position_m.col(body) += duration_s * velocity;
+    moved_.orientation_wxyz.col(body) = rotated(duration_s * angular_velocity, moved_.orientation_wxyz.col(body));
   }
 }
 

@@ -106,7 +106,7 @@ class Lubrication {
     [[nodiscard]] Vector6 relative(const std::vector<Vector6>& motion) const;
   };
 
-  [[nodiscard]] Matrix6 inverse_inertia(std::size_t body, const Kinematics& kinematics) const;
+  [[nodiscard]] Matrix6 inverse_inertia(Eigen::Index body, const Kinematics& kinematics) const;
   void find_films();
   void add_film(int body, const NearSurface& surface);
   [[nodiscard]] double duration_s(double left_s) const;

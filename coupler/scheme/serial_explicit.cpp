@@ -59,7 +59,7 @@ VirtualMass::VirtualMass(const BodySetup& setup, const std::vector<double>& mass
 
 BodySetup VirtualMass::enlarged(BodySetup setup) const {
   for (const Addition& addition : additions_) {
-    BodySpecification& body = setup.bodies[static_cast<std::size_t>(addition.body)];
+    BodySpecification& body = setup.bodies[addition.body];
     body.mass_kg += addition.mass_kg;
     if (body.inertia_kg_m2.empty()) continue;
     const Eigen::Matrix3d& J = addition.inertia_kg_m2;
@@ -93,13 +93,12 @@ Plausibility::Plausibility(const FluidSetup& fluid, const std::vector<BodySpecif
       length_m_(fluid.length_m()),
       boundaries_(fluid.boundaries) {
   confined_.resize(bodies.size());
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<Eigen::Index>(axis);
-    periodic_[axis] = length_m_[i] > 0.0 && fluid.boundaries[2 * axis].kind == BoundaryKind::periodic;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    periodic_[axis] = length_m_[axis] > 0.0 && fluid.boundaries[2 * axis].kind == BoundaryKind::periodic;
     if (periodic_[axis]) continue;
     for (std::size_t body = 0; body < bodies.size(); ++body) {
-      const double at = bodies[body].position_m[i];
-      confined_[body][axis] = length_m_[i] > 0.0 && at >= 0.0 && at <= length_m_[i];
+      const double at = bodies[body].position_m[axis];
+      confined_[body][axis] = length_m_[axis] > 0.0 && at >= 0.0 && at <= length_m_[axis];
     }
   }
 }
@@ -123,7 +122,7 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
   }
   // Written so that a comparison with NaN fails.
   for (Eigen::Index column = 0; column < after.bodies(); ++column) {
-    const BodySpecification& body = bodies_[static_cast<std::size_t>(column)];
+    const BodySpecification& body = bodies_[column];
     if (is_removed(after.position_m.col(column))) {
       if (!is_removed(before.position_m.col(column)))
         spdlog::info("body '{}' left through an outflow in step {}", body.name, before.step);
@@ -136,13 +135,12 @@ void Plausibility::judge(const Kinematics& before, const Kinematics& after) cons
     }
     Eigen::Vector3d moved = after.position_m.col(column) - before.position_m.col(column);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
       const double at = after.position_m(axis, column);
-      if (periodic_[i]) {  // a component may fold positions back into the domain
+      if (periodic_[axis]) {  // a component may fold positions back into the domain
         moved[axis] -= length_m_[axis] * std::round(moved[axis] / length_m_[axis]);
-      } else if (confined_[static_cast<std::size_t>(column)][i] && !(at >= 0.0 && at <= length_m_[axis])) {
+      } else if (confined_[column][axis] && !(at >= 0.0 && at <= length_m_[axis])) {
         fail(body, before.step,
-             std::string("left the domain: ") + axes[i] + " = " + length_text(at) + " (the domain ends at 0 and " +
+             std::string("left the domain: ") + axes[axis] + " = " + length_text(at) + " (the domain ends at 0 and " +
                  length_text(length_m_[axis]) + ")");
       }
     }
@@ -170,9 +168,8 @@ void LoadAverage::apply(const Loads& raw, Loads& applied) {
     return;
   }
   if (previous_.bodies() != raw.bodies()) {
-    previous_.resize(raw.bodies());
-    previous_.force_N.setZero();
-    previous_.torque_N_m.setZero();
+    previous_.force_N.setZero(3, raw.bodies());
+    previous_.torque_N_m.setZero(3, raw.bodies());
   }
   applied.step = raw.step;
   applied.force_N = 0.5 * (raw.force_N + previous_.force_N);
@@ -201,9 +198,8 @@ SerialExplicit::SerialExplicit(FluidSolver& fluid, BodySolver& body, const Drivi
       nodes_(body.driving_nodes()) {
   body_.kinematics(kinematics_);
   step_ = kinematics_.step;
-  loads_.resize(kinematics_.bodies());
-  loads_.force_N.setZero();
-  loads_.torque_N_m.setZero();
+  loads_.force_N.setZero(3, kinematics_.bodies());
+  loads_.torque_N_m.setZero(3, kinematics_.bodies());
   averaged_ = drive_ = loads_;  // of a run that ends before its first step
 }
 

@@ -169,20 +169,19 @@ Room room_of(const Swarm& swarm, const Case& the_case) {
   const FluidCase& fluid = the_case.fluid;
   Room room{swarm.low_m, swarm.high_m, fluid.periodic_length_m(), swarm.gap_m, assemble(the_case).bodies};
   const Eigen::Vector3d length_m = fluid.length_m();
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<Eigen::Index>(axis);
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const bool is_periodic = room.periodic_length_m[axis] > 0.0;
     if (is_periodic && !swarm.is_region_given[axis]) {
-      room.least_m[i] = -infinity;
-      room.most_m[i] = infinity;
+      room.least_m[axis] = -infinity;
+      room.most_m[axis] = infinity;
     }
     const auto is_wall = [&](int face) {
       return fluid.no_slip_plane == face || (!is_periodic && !computes_no_cells(fluid.solver));
     };
     const auto low_face = static_cast<int>(2 * axis);
-    if (is_wall(low_face)) room.least_m[i] = std::max(room.least_m[i], swarm.gap_m);
-    if (is_wall(low_face + 1) && length_m[i] > 0.0)
-      room.most_m[i] = std::min(room.most_m[i], length_m[i] - swarm.gap_m);
+    if (is_wall(low_face)) room.least_m[axis] = std::max(room.least_m[axis], swarm.gap_m);
+    if (is_wall(low_face + 1) && length_m[axis] > 0.0)
+      room.most_m[axis] = std::min(room.most_m[axis], length_m[axis] - swarm.gap_m);
   }
   return room;
 }

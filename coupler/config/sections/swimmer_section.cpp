@@ -170,8 +170,7 @@ void place_chain(Keys& keys, Swimmer& result, const std::vector<RestLength>& res
       return std::abs(arm.body_A - arm.body_B) == 1 && std::min(arm.body_A, arm.body_B) == static_cast<int>(i);
     };
     const auto arm = std::find_if(result.arms.begin(), result.arms.end(), joins);
-    const RestLength rest =
-        arm == result.arms.end() ? RestLength{} : rests[static_cast<std::size_t>(arm - result.arms.begin())];
+    const RestLength rest = arm == result.arms.end() ? RestLength{} : rests[arm - result.arms.begin()];
     if (!rest.gap_m && !rest.length_m)
       return keys.reject("beads", "have no position_m, and no arm with a rest_gap_m joins '" + beads[i].name +
                                       "' to '" + beads[i + 1].name +
@@ -193,7 +192,7 @@ void declare_general(Keys& keys, Swimmer& swimmer, double step_s) {
   for (const Arm& arm : swimmer.arms) rests.push_back({{}, arm.rest_length_m});
   keys.list<Arm>("arms", swimmer.arms, "Springs between beads, and what drives them.", [&](Keys& below, Arm& arm) {
     rests.resize(swimmer.arms.size());
-    declare_arm(below, arm, swimmer, step_s, rests[static_cast<std::size_t>(&arm - swimmer.arms.data())]);
+    declare_arm(below, arm, swimmer, step_s, rests[&arm - swimmer.arms.data()]);
   });
   if (keys.reads()) {
     if (!placed && !keys.has_errors("arms")) place_chain(keys, swimmer, rests);

@@ -1,11 +1,11 @@
-#include "geometry/smooth_surface.hpp"
-
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
+
+#include "geometry/near_surfaces.hpp"
 
 namespace copepod {
 namespace {
