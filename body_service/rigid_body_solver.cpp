@@ -27,7 +27,7 @@ Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double a
   Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t j = 0; j < nodes.size(); ++j)
-      if (j != i) weights[static_cast<Eigen::Index>(i)] *= (at - nodes[j]) / (nodes[i] - nodes[j]);
+      if (j != i) weights[i] *= (at - nodes[j]) / (nodes[i] - nodes[j]);
   return weights;
 }
 

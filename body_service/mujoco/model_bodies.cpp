@@ -156,16 +156,16 @@ std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecificatio
     const Eigen::Vector4d q_W = Eigen::Map<const Eigen::Vector4d>(data->xquat + std::ptrdiff_t{4} * owner);
     const Eigen::Vector4d q_geom = Eigen::Map<const Eigen::Vector4d>(mujoco.geom_quat + std::ptrdiff_t{4} * geom);
     body.orientation_wxyz = product(q_W, q_geom).normalized();
-    volume_m3_of_body[static_cast<std::size_t>(owner)] += volume_m3(body.shape);
+    volume_m3_of_body[owner] += volume_m3(body.shape);
   }
   if (bodies.empty())
     throw CaseError("the model has no sphere and no capsule (the fluid would have no bodies). Add one.");
   for (ModelBody& it : bodies) {
     const int owner = mujoco.geom_bodyid[it.geom];
     const double volume = volume_m3(it.body.shape);
-    it.body.mass_kg = it.body.motion == MotionKind::fixed ? density_of_fixed_kg_per_m3 * volume
-                                                          : mujoco.body_mass[owner] * model.mass_kg * volume /
-                                                                volume_m3_of_body[static_cast<std::size_t>(owner)];
+    it.body.mass_kg = it.body.motion == MotionKind::fixed
+                          ? density_of_fixed_kg_per_m3 * volume
+                          : mujoco.body_mass[owner] * model.mass_kg * volume / volume_m3_of_body[owner];
   }
   return bodies;
 }

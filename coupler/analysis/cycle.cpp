@@ -62,7 +62,7 @@ std::optional<double> golestanian_ajdari_m_per_s(const Cycle& cycle, const Group
   const Eigen::RowVectorXd along_m = group.axis.transpose() * places_m;
   if ((places_m - group.axis * along_m).norm() > 1e-6 * group.length_m) return {};
   std::array<std::size_t, 3> order{0, 1, 2};
-  std::ranges::sort(order, {}, [&](std::size_t body) { return along_m[static_cast<Eigen::Index>(body)]; });
+  std::ranges::sort(order, {}, [&](std::size_t body) { return along_m[body]; });
   const auto arm_between = [&](std::size_t first, std::size_t second) {
     const std::set ends{group.bodies[first], group.bodies[second]};
     return std::ranges::find(group.arms, ends, [](const auto& arm) { return std::set{arm[0], arm[1]}; });

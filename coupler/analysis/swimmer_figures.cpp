@@ -200,7 +200,7 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   for (Eigen::Index arm = 0; arm < cycle.arms.cols(); ++arm) {
     const auto& ends = group.arms[arm];
     const auto name = [&](int body) {
-      return group.body_names[static_cast<std::size_t>(std::ranges::find(group.bodies, body) - group.bodies.begin())];
+      return group.body_names[std::ranges::find(group.bodies, body) - group.bodies.begin()];
     };
     report["arms"].push_back({{"bodies", {name(ends[0]), name(ends[1])}},
                               {"mean_m", number(cycle.arms(0, arm))},
@@ -214,7 +214,7 @@ ordered_json kinematics_report(const Group& group, const CycleSums& sums, const 
   report["Re"] = number(figures.Re);
   report["max_speed_m_per_s"] = ordered_json::object();
   for (std::size_t i = 0; i < group.body_names.size(); ++i)
-    report["max_speed_m_per_s"][group.body_names[i]] = number(cycle.max_speed_m_per_s[static_cast<Eigen::Index>(i)]);
+    report["max_speed_m_per_s"][group.body_names[i]] = number(cycle.max_speed_m_per_s[i]);
   report["at_rest"] =
       cycle.translation_m.norm() <= rest_in_a_cycle * group.length_m && figures.rotation_rad.norm() <= rest_in_a_cycle;
   const bool has_two = sums.before_last.number >= 0;

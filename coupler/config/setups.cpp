@@ -69,7 +69,7 @@ std::optional<WallSpecification> wall_at(const Case& the_case, std::size_t face)
   wall.friction = the_case.contact->wall_friction.value_or(the_case.contact->friction);
   if (fluid.kind == FluidKind::stokes)
     return fluid.no_slip_plane == static_cast<int>(face) ? std::optional(wall) : std::nullopt;
-  if (fluid.length_m()[static_cast<Eigen::Index>(face / 2)] == 0.0) return {};
+  if (fluid.length_m()[face / 2] == 0.0) return {};
   const Boundary& boundary = fluid.boundaries[face];
   switch (boundary.kind) {
     case BoundaryKind::no_slip:
@@ -122,7 +122,7 @@ ContactSpecification contact_specification(const Case& the_case, const Assembly&
 void warn_of_open_faces(const Case& the_case, Problems& problems) {
   std::string open;
   for (std::size_t face = 0; face < 6 && !on_lattice(the_case); ++face) {
-    if (the_case.fluid.length_m()[static_cast<Eigen::Index>(face / 2)] == 0.0 || wall_at(the_case, face)) continue;
+    if (the_case.fluid.length_m()[face / 2] == 0.0 || wall_at(the_case, face)) continue;
     if (the_case.fluid.boundaries[face].kind == BoundaryKind::periodic) continue;
     open.append(open.empty() ? "" : ", ").append(face_path(face));
   }
@@ -197,7 +197,7 @@ ControllerSetup make_controller_setup(const Case& the_case, const Assembly& asse
 
 double unit_of_actuator(const Assembly& assembly, std::size_t number) {
   const int spring = number < assembly.drive.size() ? assembly.drive_springs[number] : -1;
-  return spring < 0 ? 1.0 : assembly.springs[static_cast<std::size_t>(spring)].stiffness_N_per_m;
+  return spring < 0 ? 1.0 : assembly.springs[spring].stiffness_N_per_m;
 }
 
 AttachedController attached(std::unique_ptr<Controller> controller, const ControllerSetup& setup,

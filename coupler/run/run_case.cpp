@@ -316,7 +316,7 @@ void CaseRun::finish() {
     analysis["removed_bodies"] = nlohmann::ordered_json::array();
     for (Eigen::Index body = 0; body < scheme_->kinematics().bodies(); ++body)
       if (plausibility_->is_removed(scheme_->kinematics().position_m.col(body)))
-        analysis["removed_bodies"].push_back(loaded_.assembly.bodies[static_cast<std::size_t>(body)].name);
+        analysis["removed_bodies"].push_back(loaded_.assembly.bodies[body].name);
   }
   if (the_case.until_periodic)
     analysis["periodic"] = observers_->cycles().is_periodic(the_case.until_periodic->tolerance);

@@ -82,8 +82,7 @@ template <class T>
 void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
   nearby_.scatter(kinematics, returned_mass());
   for (std::size_t place = 0; place < nearby_.bodies().size(); ++place)
-    map_.bodies()[static_cast<std::size_t>(nearby_.bodies()[place])].move(nearby_.kinematics(),
-                                                                          static_cast<Eigen::Index>(place), units_);
+    map_.bodies()[nearby_.bodies()[place]].move(nearby_.kinematics(), static_cast<Eigen::Index>(place), units_);
   if (map_.update(nearby_.bodies())) links_.update();
   films_.find(nearby_.bodies(), nearby_.kinematics());
 }
@@ -171,8 +170,7 @@ template <class T>
 void LatticeBoltzmann<T>::sum_loads(const Kinematics& kinematics, Loads& loads) {
   nearby_.gather(load_sums_, gained_momentum_);
   if (communicator_.rank() != 0) return;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    momentum_.gained[static_cast<Eigen::Index>(axis)] += fixed_point::to_double(gained_momentum_[axis]);
+  for (std::size_t axis = 0; axis < 3; ++axis) momentum_.gained[axis] += fixed_point::to_double(gained_momentum_[axis]);
   report_loads(kinematics, loads);
   if (!exchange_momentum_->conserving) return;
   for (Eigen::Index b = 0; b < absorbed_mass_.cols(); ++b) {
@@ -199,10 +197,9 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
     }
     Eigen::Vector3d force_lu;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      force_lu[axis] = total_lu(b, i) * whole.force[i];
+      force_lu[axis] = total_lu(b, axis) * whole.force[axis];
       loads.force_N(axis, b) = units.force_N(force_lu[axis]);
-      loads.torque_N_m(axis, b) = units.torque_N_m(total_lu(b, 3 + i) * whole.torque[i]);
+      loads.torque_N_m(axis, b) = units.torque_N_m(total_lu(b, 3 + axis) * whole.torque[axis]);
     }
     momentum_.exchanged += images * force_lu.norm();
   }
@@ -246,7 +243,7 @@ void LatticeBoltzmann<T>::advance() {
   if (!has_halo_) start_halo();
   if (!has_halo_ && !open_faces_.empty()) receive_halo();
   // Before walls: it needs the moments of populations that no wall has changed.
-  for_each_let_in([this](std::int64_t place, T value) { populations_[static_cast<std::size_t>(place)] = value; });
+  for_each_let_in([this](std::int64_t place, T value) { populations_[place] = value; });
   moving_walls_.apply(populations_.data(), placement_);
   timer_.book(Phase::halo);
   update(halo_.interior());
@@ -321,7 +318,7 @@ FieldBlock LatticeBoltzmann<T>::fields(const Box& box) const {
     Eigen::Vector3d velocity;
     double density = 1.0;
     if (owner > BodyMap::fluid) {
-      const LatticeBody& body = map_.bodies()[static_cast<std::size_t>(owner - 1)];
+      const LatticeBody& body = map_.bodies()[owner - 1];
       velocity = body.surface_velocity(domain_.from_position(body.position, cell));
     } else {
       const Moments<double> m = checked_moments(cell);
@@ -344,9 +341,8 @@ auto LatticeBoltzmann<T>::total_of_cells() const -> Total {
     const Site site = layout_.site(cell);
     if (map_.owner(site.index) != BodyMap::fluid) return;
     total.excess_mass += fixed_point::from_double(checked_moments(cell).excess_density);
-    total.digest += digest_of_cell(domain_.cells(), cell, [&](int alpha) {
-      return populations_[static_cast<std::size_t>(layout_.location(site, alpha, placement_))];
-    });
+    total.digest += digest_of_cell(domain_.cells(), cell,
+                                   [&](int alpha) { return populations_[layout_.location(site, alpha, placement_)]; });
   };
   for_each_cell(layout_.block(), add, showing_progress());
   return total;

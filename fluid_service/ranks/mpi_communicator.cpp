@@ -253,8 +253,7 @@ void MpiCommunicator::report_failure(const FailureReport& report) {
   std::vector<MPI_Request> requests(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
   for (int peer = 0; peer < size_; ++peer) {
     if (peer == rank_) continue;
-    MPI_Isend(&packet, sizeof(packet), MPI_BYTE, peer, failure_tag, failures_,
-              &requests[static_cast<std::size_t>(peer)]);
+    MPI_Isend(&packet, sizeof(packet), MPI_BYTE, peer, failure_tag, failures_, &requests[peer]);
   }
   const Backoff backoff;
   int complete = 0;

@@ -123,10 +123,10 @@ class ThreadRanks::Team {
   Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow);
 
   [[nodiscard]] int size() const { return static_cast<int>(ranks_.size()); }
-  [[nodiscard]] Rank& rank(int rank) { return ranks_[static_cast<std::size_t>(rank)]; }
+  [[nodiscard]] Rank& rank(int rank) { return ranks_[rank]; }
   [[nodiscard]] Channel& channel(Purpose purpose, int from, int to) {
     const int index = (from * size() + to) * purposes + static_cast<int>(purpose);
-    return channels_[static_cast<std::size_t>(index)];
+    return channels_[index];
   }
 
   /// The first report counts.

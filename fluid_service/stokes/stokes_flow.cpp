@@ -122,7 +122,7 @@ NoSlipPlane no_slip_plane_of(const FluidSetup& setup) {
   plane.rotation.row(0) = high ? second : first;
   plane.rotation.row(1) = high ? first : second;
   plane.rotation.row(2) = (high ? -1.0 : 1.0) * Vector3d::Unit(axis);
-  const double length_m = static_cast<double>(setup.domain_cells[static_cast<std::size_t>(axis)]) * setup.cell_size_m;
+  const double length_m = static_cast<double>(setup.domain_cells[axis]) * setup.cell_size_m;
   plane.origin_m = (high ? length_m : 0.0) * Vector3d::Unit(axis);
   return plane;
 }
@@ -134,11 +134,11 @@ Eigen::MatrixXd grand_mobility(const Eigen::Matrix3Xd& position_m, std::span<con
   const Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
   Eigen::MatrixXd mobility = Eigen::MatrixXd::Zero(6 * n, 6 * n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double a = radius_m[static_cast<std::size_t>(i)];
+    const double a = radius_m[i];
     mobility.block<3, 3>(3 * i, 3 * i) = unit / (6.0 * pi * eta * a);
     mobility.block<3, 3>(3 * (n + i), 3 * (n + i)) = unit / (8.0 * pi * eta * a * a * a);
     for (Eigen::Index j = 0; j < i; ++j) {
-      const double b = radius_m[static_cast<std::size_t>(j)];
+      const double b = radius_m[j];
       const Eigen::Vector3d separation = position_m.col(i) - position_m.col(j);
       const double r = separation.norm();
       if (!(r > a + b))
@@ -167,7 +167,7 @@ void add_plane_images(Eigen::MatrixXd& mobility, const NoSlipPlane& plane, const
                       std::span<const double> radius_m, double viscosity_Pa_s) {
   const Eigen::Index n = position_m.cols();
   const Eigen::Matrix3Xd position_P_m = plane.rotation * (position_m.colwise() - plane.origin_m);
-  const auto radius = [&radius_m](Eigen::Index i) { return radius_m[static_cast<std::size_t>(i)]; };
+  const auto radius = [&radius_m](Eigen::Index i) { return radius_m[i]; };
   for (Eigen::Index i = 0; i < n; ++i)
     if (!(position_P_m(2, i) > radius(i)))
       throw SolverError(

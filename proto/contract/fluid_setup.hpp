@@ -44,7 +44,7 @@ struct Boundary {
 
   /// @param face  its number in FluidSetup::boundaries
   [[nodiscard]] bool lets_in(std::size_t face) const {
-    return kind == BoundaryKind::velocity && velocity_m_per_s[static_cast<Eigen::Index>(face / 2)] != 0.0;
+    return kind == BoundaryKind::velocity && velocity_m_per_s[face / 2] != 0.0;
   }
   /// [m/s]
   [[nodiscard]] Eigen::Vector3d velocity_in(std::int64_t step) const {
@@ -130,7 +130,7 @@ struct FlowSampling {
         all.push_back(probe.name + value);
     for (const std::int64_t face : faces)
       for (const char* value : {".inflow_m3_per_s", ".fx_N", ".fy_N", ".fz_N"})
-        all.push_back(face_names[static_cast<std::size_t>(face)] + std::string(value));
+        all.push_back(face_names[face] + std::string(value));
     return all;
   }
   /// How many there are in a step.
@@ -186,8 +186,7 @@ struct FluidSetup {
   [[nodiscard]] std::array<double, 3> periodic_length_m() const {
     std::array<double, 3> result{};
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (boundaries[2 * axis].kind == BoundaryKind::periodic)
-        result[axis] = length_m()[static_cast<Eigen::Index>(axis)];
+      if (boundaries[2 * axis].kind == BoundaryKind::periodic) result[axis] = length_m()[axis];
     return result;
   }
 

@@ -90,8 +90,8 @@ inline void drive_loads(const std::vector<ActuatorSpecification>& actuators,
   drive.force_N.setZero(3, kinematics.bodies());
   drive.torque_N_m.setZero(3, kinematics.bodies());
   for (std::size_t i = 0; i < actuators.size(); ++i)
-    add_actuator_loads(actuators[i], values[static_cast<Eigen::Index>(i)], 0, kinematics.position_m,
-                       kinematics.orientation_wxyz, drive.force_N, drive.torque_N_m);
+    add_actuator_loads(actuators[i], values[i], 0, kinematics.position_m, kinematics.orientation_wxyz, drive.force_N,
+                       drive.torque_N_m);
 }
 
 }  // namespace copepod

@@ -74,8 +74,7 @@ void NearPairs::list(const Eigen::Matrix3Xd& position_m) {
 bool NearPairs::hold(const Eigen::Matrix3Xd& position_m, std::size_t first, std::size_t last) const {
   if (listed_position_m_.cols() != position_m.cols()) return false;
   for (std::size_t body = first; body < last; ++body) {
-    const auto column = static_cast<Eigen::Index>(body);
-    const double shift_m2 = (position_m.col(column) - listed_position_m_.col(column)).squaredNorm();
+    const double shift_m2 = (position_m.col(body) - listed_position_m_.col(body)).squaredNorm();
     if (shift_m2 > margin_m_[body] * margin_m_[body]) return false;
   }
   return true;

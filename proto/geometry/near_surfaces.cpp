@@ -63,7 +63,7 @@ NearSurfaces::NearSurfaces(const FluidSetup& setup, double reach_m)
     mirror_[face] =
         setup.boundaries[face].kind == BoundaryKind::free_slip || (face % 2 == 1 && setup.symmetry_planes[face / 2]);
   for (std::size_t axis = 0; axis < 3; ++axis)
-    if (setup.symmetry_planes[axis]) length_m_[static_cast<Eigen::Index>(axis)] *= 0.5;
+    if (setup.symmetry_planes[axis]) length_m_[axis] *= 0.5;
 }
 
 NearSurface NearSurfaces::placed(int body, const Kinematics& kinematics) const {
@@ -120,7 +120,7 @@ void NearSurfaces::add_images(int body, int other) {
       const bool high = centre_m[axis] > 0.5 * length_m_[axis];
       const double plane_m = high ? length_m_[axis] : 0.0;
       const bool cut = std::abs(original.core.centre_W_m[axis] - plane_m) < 1e-6 * setup_.cell_size_m;  // its own image
-      exists = exists && mirror_[static_cast<std::size_t>(2 * axis + (high ? 1 : 0))] && !cut;
+      exists = exists && mirror_[2 * axis + (high ? 1 : 0)] && !cut;
       surface.mirrored[axis] = true;
       surface.core.centre_W_m[axis] = 2.0 * plane_m - original.core.centre_W_m[axis];
       surface.core.half_W_m[axis] *= -1.0;

@@ -18,7 +18,7 @@ struct PeriodicImages {
   /// Vector between the nearest images of two points [m].
   [[nodiscard]] Eigen::Vector3d nearest_m(Eigen::Vector3d difference_m) const {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const double length = length_m[static_cast<std::size_t>(axis)];
+      const double length = length_m[axis];
       if (length > 0.0) difference_m[axis] -= length * std::round(difference_m[axis] / length);
     }
     return difference_m;
@@ -31,7 +31,7 @@ struct PeriodicImages {
   void for_each(const Eigen::Vector3d& point_m, double reach_m, const Act& act) const {
     Eigen::Vector3d first(0, 0, 0), last(0, 0, 0);
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const double length = length_m[static_cast<std::size_t>(axis)];
+      const double length = length_m[axis];
       if (!(length > 0.0)) continue;
       const double reach = std::min(reach_m, 3.0 * length);
       first[axis] = std::ceil((-reach - point_m[axis]) / length);

@@ -107,7 +107,7 @@ Eigen::Vector3d net_force_N(const Case& the_case, const Assembly& assembly) {
   for (std::size_t face = 0; face < 6; ++face) {
     const BoundaryKind kind = fluid.boundaries[face].kind;
     if (kind == BoundaryKind::free_slip)
-      force_N[static_cast<Eigen::Index>(face / 2)] = 0.0;
+      force_N[face / 2] = 0.0;
     else if (kind != BoundaryKind::periodic)
       return Eigen::Vector3d::Zero();
   }

@@ -225,7 +225,7 @@ Assembly assemble(const Case& the_case) {
   add_case_joints(the_case, numbers, assembly);
   add_case_actuators(the_case, numbers, assembly);
   for (const PrescribedBody& each : assembly.prescribed)
-    assembly.drive_paths.push_back(assembly.body_paths[static_cast<std::size_t>(each.body)] + ".motion.prescribed");
+    assembly.drive_paths.push_back(assembly.body_paths[each.body] + ".motion.prescribed");
   return assembly;
 }
 

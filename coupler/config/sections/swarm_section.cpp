@@ -78,18 +78,17 @@ std::string problem_with(const Eigen::Vector2d& limits, double length_m) {
 void declare_limits(Keys& keys, const FluidCase& fluid, Swarm& swarm) {
   const Eigen::Vector3d length_m = fluid.length_m();
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<Eigen::Index>(axis);
     const char* name = axis_names[axis];
-    Eigen::Vector2d limits(0.0, length_m[i]);
+    Eigen::Vector2d limits(0.0, length_m[axis]);
     keys.numbers({name, Need::in_some_cases}, limits, "[low, high] along this axis.");
-    swarm.low_m[i] = limits[0];
-    swarm.high_m[i] = limits[1];
+    swarm.low_m[axis] = limits[0];
+    swarm.high_m[axis] = limits[1];
     if (!keys.reads()) continue;
     swarm.is_region_given[axis] = keys.has(name);
     const bool is_known = !keys.has_errors(name);
-    if (!swarm.is_region_given[axis] && !(length_m[i] > 0.0) && !keys.problems().any())
+    if (!swarm.is_region_given[axis] && !(length_m[axis] > 0.0) && !keys.problems().any())
       keys.reject(name, "is missing (the fluid has no domain along it). Write region_m: {x: [0, 1.0e-4], …}.");
-    else if (const std::string problem = problem_with(limits, length_m[i]);
+    else if (const std::string problem = problem_with(limits, length_m[axis]);
              swarm.is_region_given[axis] && is_known && !problem.empty())
       keys.reject(name, problem);
   }

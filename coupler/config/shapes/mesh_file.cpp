@@ -278,7 +278,7 @@ TriangleMesh welded(const Soup& soup, double unit_m) {
   std::vector<Triangle> triangles;
   for (const Triangle& found : soup.triangles) {
     Triangle corners{};
-    for (std::size_t i = 0; i < 3; ++i) corners[i] = number_of[static_cast<std::size_t>(found[i])];
+    for (std::size_t i = 0; i < 3; ++i) corners[i] = number_of[found[i]];
     if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) triangles.push_back(corners);
   }
   if (triangles.empty()) fail("it has no triangles");

@@ -55,16 +55,15 @@ bool BodyMap::update(std::span<const std::int32_t> bodies) {
   covered_.clear();
   changed_ = {};  // with its memory: at first it holds all cells that bodies cover
   for (const std::int32_t index : bodies) {
-    const auto b = static_cast<std::size_t>(index);
-    Footprint& before = mapped_[b];
-    const LatticeBody& body = bodies_[b];
+    Footprint& before = mapped_[index];
+    const LatticeBody& body = bodies_[index];
     const bool mapped = before.width > 0;
     const bool turned = !body.is_turned_as(before.state);
     if (mapped && before.state.position == body.position && !turned) continue;
     const bool removed = !is_obstacle(index) && is_removed(body);
     if (!is_obstacle(index) && !removed) {
-      check_inside(body, b);
-      if (has_started_) check_clear_of_faces(body, b);
+      check_inside(body, index);
+      if (has_started_) check_clear_of_faces(body, index);
     }
     if (mapped && before.free_way.contains(body.position - before.state.position) && !turned) continue;
     if (!near_block(body) && !(mapped && near_block(before.state))) continue;
@@ -169,11 +168,8 @@ bool BodyMap::near_block(const LatticeBody& body) const {
 
 void BodyMap::compare(const Footprint& before, const Footprint& after, std::int32_t body) {
   if (before.x == after.x && before.y == after.y && before.width == after.width && before.lines == after.lines) {
-    for (std::int64_t i = 0; i < after.lines * after.width; ++i) {
-      const auto number = static_cast<std::size_t>(i);
-      compare_rows(before.row(number), after.row(number), {after.x + i / after.width, after.y + i % after.width, 0},
-                   body);
-    }
+    for (std::int64_t i = 0; i < after.lines * after.width; ++i)
+      compare_rows(before.row(i), after.row(i), {after.x + i / after.width, after.y + i % after.width, 0}, body);
     return;
   }
   const bool fresh_map = before.width == 0;
@@ -240,7 +236,7 @@ void BodyMap::give_up(const Cell& cell, std::int32_t body) {
 void BodyMap::hand_over() {
   for (const ChangedCell& g : given_up_) {
     const std::int64_t index = layout_.cell(g.cell());
-    std::int32_t& owner = owner_[static_cast<std::size_t>(index)];
+    std::int32_t& owner = owner_[index];
     const auto next = behind_.lower_bound({index, 0});
     changed_.push_back(g);
     if (next == behind_.end() || next->first != index) {
@@ -254,7 +250,7 @@ void BodyMap::hand_over() {
   }
   for (const ChangedCell& c : claimed_) {
     const std::int64_t index = layout_.cell(c.cell());
-    std::int32_t& owner = owner_[static_cast<std::size_t>(index)];
+    std::int32_t& owner = owner_[index];
     if (owner > fluid) {
       const std::int32_t other = owner - 1;
       check_apart(other, c.body);

@@ -61,7 +61,7 @@ class BodyMap {
     return body >= static_cast<std::int32_t>(bodies_.size() - obstacles_.size());
   }
   /// 0 fluid, 1 + body index, or `fresh`; beyond walls 0.
-  [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[static_cast<std::size_t>(cell)]; }
+  [[nodiscard]] std::int32_t owner(std::int64_t cell) const { return owner_[cell]; }
   [[nodiscard]] const std::vector<ChangedCell>& uncovered() const { return uncovered_; }
   /// Cells that a body took from the fluid in the last update; none in the first one, which displaces no fluid.
   [[nodiscard]] const std::vector<ChangedCell>& covered() const { return covered_; }

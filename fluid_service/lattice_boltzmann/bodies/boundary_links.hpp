@@ -140,7 +140,7 @@ void BoundaryLinks<T>::update() {
   std::ranges::sort(cells);  // rows in their order grow at the end of the arrays, where there is room
   if (cells.size() > arrays_.cells.size()) reserve(cells.size());
   for (const auto& [x, y, z] : cells) {
-    looked_at_[static_cast<std::size_t>(layout_.cell(x, y, z))] = false;
+    looked_at_[layout_.cell(x, y, z)] = false;
     look_at({low[0] + x, low[1] + y, low[2] + z});
   }
 }
@@ -384,7 +384,7 @@ void BoundaryLinks<T>::read_second_cells(const T* populations, Placement placeme
     const Site middle = layout_.in_row(x, y, 0);
     std::array<const T*, d3q19::directions> enters{};
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      enters[static_cast<std::size_t>(alpha)] = populations + layout_.entry(middle, alpha, placement);
+      enters[alpha] = populations + layout_.entry(middle, alpha, placement);
     constexpr std::uint32_t ahead = 32;
     const std::uint32_t end = of_row.first_link + of_row.links;
     for (std::uint32_t link = of_row.first_link; link < end; ++link) {

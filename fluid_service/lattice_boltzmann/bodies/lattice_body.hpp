@@ -155,7 +155,7 @@ double entry_into_capsule(const LatticeBody& capsule, const Eigen::Vector3d& r, 
 /// Where a link first enters a body, in its own length; infinity if it misses.
 /// @param r  from the body's centre to the cell centre where the link begins, outside the body
 inline double entry(const LatticeBody& body, const Eigen::Vector3d& r, int direction) {
-  const Eigen::Map<const Eigen::Vector3d> e(d3q19::velocity[static_cast<std::size_t>(direction)].data());
+  const Eigen::Map<const Eigen::Vector3d> e(d3q19::velocity[direction].data());
   if (body.kind == ShapeKind::sphere) return entry_into_sphere(r, e, body.radius);
   if (body.kind == ShapeKind::ellipsoid) return entry_into_ellipsoid(body.form, r, e);
   return body.placed ? body.entry_into_images(r, direction) : entry_into_capsule(body, r, e);

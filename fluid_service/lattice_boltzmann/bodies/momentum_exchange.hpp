@@ -94,9 +94,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
  private:
   /// Cell groups of one body after the other. The last one is there as often as it is asked for ahead.
   static std::vector<const CellGroup*> in_order(std::span<const std::int32_t> bodies, const BoundaryLinks<T>& links) {
-    const auto groups_of = [&](std::int32_t body) -> const std::vector<CellGroup>& {
-      return links.of_body(static_cast<std::size_t>(body)).groups;
-    };
+    const auto groups_of = [&](int body) -> const std::vector<CellGroup>& { return links.of_body(body).groups; };
     std::size_t count = 2 * groups_ahead;
     for (const std::int32_t body : bodies) count += groups_of(body).size();
     std::vector<const CellGroup*> groups;
@@ -141,7 +139,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
           for (FilmBeside& film : films)
             for (std::size_t i = 0; film.other >= 0 && i < FilmBeside::components; ++i)
-              loads[static_cast<std::size_t>(film.other)][i] += sum(std::exchange(film.sums[i], {}));
+              loads[film.other][i] += sum(std::exchange(film.sums[i], {}));
         }
         if (g == end) break;
         if (by_lanes && take_apart(*groups[g], alone, rest)) {
@@ -225,7 +223,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
       result.angular_velocity[axis] = body.angular_velocity[axis];
       if (!map_.domain().periodic(axis)) continue;
       const auto length = static_cast<double>(map_.domain().cells()[axis]);
-      const double r = result.first_cell[axis] + group.cell[static_cast<std::size_t>(axis)][any] - body.position[axis];
+      const double r = result.first_cell[axis] + group.cell[axis][any] - body.position[axis];
       result.image[axis] = length * std::round(r / length);
     }
     return result;

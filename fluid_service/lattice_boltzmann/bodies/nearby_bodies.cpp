@@ -105,7 +105,7 @@ NearBlocks::Found NearBlocks::around(const Eigen::Vector3d& position_lu, double 
     const int steps = last - first + (low - low_image <= high - high_image ? 0 : grid_[axis]);
     range.count[axis] = std::min(grid_[axis], steps + 1);
     const auto end_of = [&](int block) { return starts[static_cast<std::size_t>(block) + 1]; };
-    const auto start_of = [&](int block) { return starts[static_cast<std::size_t>(block)]; };
+    const auto start_of = [&](int block) { return starts[block]; };
     found.stays_lu.min()[axis] =
         std::max(start_of(first) + low_image + half, start_of(last) + high_image - half) + rounding;
     found.stays_lu.max()[axis] =
@@ -174,33 +174,32 @@ void NearbyBodies::update_lists(const Eigen::Matrix3Xd& position_m) {
     return std::ranges::lower_bound(list, body);
   };
   for (const auto& [rank, body] : leaving_) {
-    auto& list = listed_[static_cast<std::size_t>(rank)];
+    auto& list = listed_[rank];
     list.erase(place_in(list, body));
   }
   leaving_.clear();
   for (std::int32_t body = 0; body < std::ssize(near_); ++body) {
-    const auto b = static_cast<std::size_t>(body);
-    if (stays_m_[b].contains(position_m.col(body))) continue;
-    const auto [now, stays_lu] = near_blocks_.around(units_.position_lu(position_m.col(body)), bounding_radius_lu_[b]);
-    near_blocks_.for_each_rank(now, near_[b], [&](int rank) {
-      auto& list = listed_[static_cast<std::size_t>(rank)];
+    if (stays_m_[body].contains(position_m.col(body))) continue;
+    const auto [now, stays_lu] =
+        near_blocks_.around(units_.position_lu(position_m.col(body)), bounding_radius_lu_[body]);
+    near_blocks_.for_each_rank(now, near_[body], [&](int rank) {
+      auto& list = listed_[rank];
       list.insert(place_in(list, body), body);
     });
-    near_blocks_.for_each_rank(near_[b], now, [&](int rank) { leaving_.emplace_back(rank, body); });
-    near_[b] = now;
-    stays_m_[b] = {units_.position_m(stays_lu.min()), units_.position_m(stays_lu.max())};
+    near_blocks_.for_each_rank(near_[body], now, [&](int rank) { leaving_.emplace_back(rank, body); });
+    near_[body] = now;
+    stays_m_[body] = {units_.position_m(stays_lu.min()), units_.position_m(stays_lu.max())};
   }
   section_starts_.assign(1, 0);
   for (const int rank : behind_)
-    section_starts_.push_back(section_starts_.back() + sizeof(std::uint64_t) +
-                              listed_[static_cast<std::size_t>(rank)].size() * record_bytes_);
+    section_starts_.push_back(section_starts_.back() + sizeof(std::uint64_t) + listed_[rank].size() * record_bytes_);
   records_.resize(section_starts_.back());
 }
 
 void NearbyBodies::write_section(std::size_t place, const Kinematics& kinematics,
                                  std::span<const double> returned_mass) {
   constexpr std::size_t ahead = 8;
-  const auto& list = listed_[static_cast<std::size_t>(behind_[place])];
+  const auto& list = listed_[behind_[place]];
   std::byte* to = records_.data() + section_starts_[place];
   to = put(to, std::uint64_t{list.size()});
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -219,7 +218,7 @@ std::byte* NearbyBodies::write_record(std::byte* to, const Kinematics& kinematic
   if (has_orientations_) to = put_column(to, kinematics.orientation_wxyz, body);
   to = put_column(to, kinematics.velocity_m_per_s, body);
   to = put_column(to, kinematics.angular_velocity_rad_per_s, body);
-  if (returns_mass_) to = put(to, returned_mass[static_cast<std::size_t>(body)]);
+  if (returns_mass_) to = put(to, returned_mass[body]);
   return to;
 }
 

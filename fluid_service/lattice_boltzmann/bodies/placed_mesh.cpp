@@ -46,8 +46,7 @@ Three<Number> cross(const Whole& a, const Whole& b) {
 struct Sight {
   explicit constexpr Sight(int alpha)
       : direction(alpha),
-        e{d3q19::e[static_cast<std::size_t>(alpha)][0], d3q19::e[static_cast<std::size_t>(alpha)][1],
-          d3q19::e[static_cast<std::size_t>(alpha)][2]},
+        e{d3q19::e[alpha][0], d3q19::e[alpha][1], d3q19::e[alpha][2]},
         across(e[0] == 0   ? 0
                : e[1] == 0 ? 1
                            : 2) {}
@@ -109,7 +108,7 @@ class PlacedMesh final : public PlacedShape {
     bounds_.max().array() += 1.0 / one_cell;
     std::vector<LinkEntry> entries;
     for (const auto& triangle : mesh.triangles.colwise()) {
-      const auto corner = [&](int i) { return vertices[static_cast<std::size_t>(triangle[i])]; };
+      const auto corner = [&](int i) { return vertices[triangle[i]]; };
       const Triangle corners = {corner(0), corner(1), corner(2)};
       std::int64_t extent = 0;
       for (std::size_t axis = 0; axis < 3; ++axis)

@@ -36,7 +36,7 @@ class PlacedSolid final : public PlacedShape {
   }
 
   [[nodiscard]] double entry(const Eigen::Vector3d& r, int direction) const override {
-    const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
+    const auto& e = d3q19::velocity[direction];
     for (const auto& [low, high] : inside(r, {e[0], e[1], e[2]}))
       if (high > 0.0) return std::max(low, 0.0);
     return std::numeric_limits<double>::infinity();

@@ -79,7 +79,7 @@ struct GradRefill {
       double product = -(mean[1] + mean[2] + mean[3]) / 3.0;
       for (std::size_t axis = 0; axis < 3; ++axis)
         product += e[axis] * e[axis] * mean[1 + axis] + 2.0 * e[axis] * e[(axis + 1) % 3] * mean[4 + axis];
-      f[static_cast<std::size_t>(alpha)] += 4.5 * d3q19::weight(alpha) * product;
+      f[alpha] += 4.5 * d3q19::weight(alpha) * product;
     }
     return f;
   }
@@ -147,8 +147,7 @@ class RefillerBy final : public Refiller<T> {
       const Site site = layout_.site(cell);
       Populations f;
       for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-        f[static_cast<std::size_t>(alpha)] =
-            populations[layout_.location(site, domain_.mirrored(alpha, image), placement)];
+        f[alpha] = populations[layout_.location(site, domain_.mirrored(alpha, image), placement)];
       return Formula::describe(f);
     };
     const Box& block = layout_.block();
@@ -216,12 +215,12 @@ class RefillerBy final : public Refiller<T> {
   void fill(T* populations, Placement placement, const BodyMap& map, Uncovered& uncovered) const {
     const Cell cell = uncovered.cell->cell();
     const std::int32_t body_index = uncovered.cell->body;
-    const LatticeBody& body = map.bodies()[static_cast<std::size_t>(body_index)];
+    const LatticeBody& body = map.bodies()[body_index];
     const Populations filled =
         Formula::fill(mean(uncovered.neighbours), body.surface_velocity(domain_.from_position(body.position, cell)));
     const Site site = layout_.site(cell);
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      populations[layout_.location(site, alpha, placement)] = static_cast<T>(filled[static_cast<std::size_t>(alpha)]);
+      populations[layout_.location(site, alpha, placement)] = static_cast<T>(filled[alpha]);
   }
 
   const Domain& domain_;

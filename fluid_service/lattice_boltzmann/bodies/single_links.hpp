@@ -26,7 +26,7 @@ constexpr double absurd_population = 2.0;
 
 /// e_α·u, never −0, as exchange_groups has it.
 inline double along(int direction, const Eigen::Ref<const Eigen::Vector3d>& u) {
-  const auto& e = d3q19::velocity[static_cast<std::size_t>(direction)];
+  const auto& e = d3q19::velocity[direction];
   return 0.0 + e[0] * u[0] + e[1] * u[1] + e[2] * u[2];
 }
 
@@ -93,7 +93,7 @@ class SingleLinks {
                           .density = 1.0 + excess,
                           .e_dot_u_w = along(seen, u),
                           .wall_distance = 0.5};
-        std::ranges::copy(d3q19::velocity[static_cast<std::size_t>(alpha)], link.e);
+        std::ranges::copy(d3q19::velocity[alpha], link.e);
         if constexpr (Formula::uses_second_cell) {
           link.inward = static_cast<double>(values[Values::inward]);
           link.behind = static_cast<double>(values[Values::behind]);
@@ -115,7 +115,7 @@ class SingleLinks {
                                CellSums& cell_sums) {
         auto& [force, mass, arm] = cell_sums;
         T& population = boundary.by_link[per_link * (group.first_link[lane] + n) + Values::crossing];
-        const auto& e = d3q19::e[static_cast<std::size_t>(seen)];
+        const auto& e = d3q19::e[seen];
         Link<double> link = link_at(n, alpha, seen, r, u);
         double exact = returning(link, alpha);
         if (Formula::conserving || given != 0.0) exact += link.weight * given;
@@ -140,7 +140,7 @@ class SingleLinks {
             }
           }
           // The body itself: through a periodic face.
-          if (film.other >= 0) add(r - film.other_centre, on_other, loads[static_cast<std::size_t>(film.other)]);
+          if (film.other >= 0) add(r - film.other_centre, on_other, loads[film.other]);
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - stored;
@@ -213,7 +213,7 @@ class SingleLinks {
     const Eigen::Vector3d torque = r.cross(to_doubles(force)) - further_torque;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       sums[axis] += force[axis];
-      sums[3 + axis] += fixed_point::sum_from_double(torque[static_cast<Eigen::Index>(axis)]);
+      sums[3 + axis] += fixed_point::sum_from_double(torque[axis]);
     }
   }
 
@@ -224,7 +224,7 @@ class SingleLinks {
     const Eigen::Vector3d arm = to_doubles(cell.arm);
     const Eigen::Vector3d momentum = fixed_point::to_double(cell.mass) * u + body.angular_velocity.cross(arm);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t fixed = fixed_point::from_double(momentum[static_cast<Eigen::Index>(axis)]);
+      const std::int64_t fixed = fixed_point::from_double(momentum[axis]);
       cell.force[axis] -= fixed;
       kept[axis] += fixed;
     }

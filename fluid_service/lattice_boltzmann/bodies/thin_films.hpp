@@ -30,7 +30,7 @@ class ThinFilms {
       bodies_ = bodies;
       FluidSetup part = setup_;
       part.bodies.clear();
-      for (const std::int32_t body : bodies) part.bodies.push_back(setup_.bodies[static_cast<std::size_t>(body)]);
+      for (const std::int32_t body : bodies) part.bodies.push_back(setup_.bodies[body]);
       part.jointed.clear();
       for (const auto& [A, B] : setup_.jointed)
         if (const auto a = place_of(A), b = place_of(B); a && b) part.jointed.emplace_back(*a, *b);

@@ -117,7 +117,7 @@ double Domain::profile(int axis, bool high, const Cell& ghost, int direction) co
       const std::int64_t nearest = std::clamp<std::int64_t>(cell, 0, cells_[across] - 1);
       place = place * cells_[across] * (symmetric_[across] ? 2 : 1) + image(across, cell).value_or(nearest);
     }
-    return own.profile[static_cast<std::size_t>(place)];
+    return own.profile[place];
   };
   return 0.5 * (factor(0) + factor(1));  // a link crosses the face between its cells
 }

@@ -97,8 +97,7 @@ class OpenFaces {
         for (const Link& link : group.links) {
           const CellValues& values = *entering++;
           const std::int64_t entry = layout_.entry({0, group.faces}, link.direction, placement);
-          for (std::size_t i = 0; i < count; ++i)
-            visit(group.cells[first + i] + entry, static_cast<T>(values[static_cast<Eigen::Index>(i)]));
+          for (std::size_t i = 0; i < count; ++i) visit(group.cells[first + i] + entry, static_cast<T>(values[i]));
         }
       }
   }
@@ -157,8 +156,8 @@ class OpenFaces {
       const auto& e = d3q19::e[direction];
       const Cell ghost = {group.first[0] - e[0], group.first[1] - e[1], group.first[2] - e[2]};
       const GhostSource source = ghost_source(domain_, ghost, direction);
-      group.from_walls[static_cast<std::size_t>(direction)] = source.addition;
-      group.profiles[static_cast<std::size_t>(direction)] = source.profile;
+      group.from_walls[direction] = source.addition;
+      group.profiles[direction] = source.profile;
     }
   }
 
@@ -206,8 +205,7 @@ class OpenFaces {
   template <class T>
   [[nodiscard]] static CellValues load(const T* populations, const Cells& cells, std::int64_t offset) {
     CellValues values;
-    for (std::size_t i = 0; i < cells_together; ++i)
-      values[static_cast<Eigen::Index>(i)] = populations[cells[i] + offset];
+    for (std::size_t i = 0; i < cells_together; ++i) values[i] = populations[cells[i] + offset];
     return values;
   }
 
@@ -229,11 +227,11 @@ class OpenFaces {
     Populations added{};
     std::uint32_t through_faces = 0;
     for (const Link& link : group.links) {
-      const auto alpha = static_cast<std::size_t>(link.direction);
-      const std::int64_t own = layout_.location({0, group.faces}, link.direction, placement);
+      const int alpha = link.direction;
+      const std::int64_t own = layout_.location({0, group.faces}, alpha, placement);
       for (std::size_t i = 0; i < cells_together; ++i) {
         const bool continues = link.continues && !is_solid(cells[i] + link.beside);
-        arriving[alpha][static_cast<Eigen::Index>(i)] =
+        arriving[alpha][i] =
             populations[cells[i] + (continues ? link.enters[static_cast<std::size_t>(placement)] : own)];
       }
       if (link.kind == FaceKind::pressure)
@@ -245,19 +243,17 @@ class OpenFaces {
     if (group.length > 0.0) {
       for (int alpha = 0; alpha < d3q19::directions; ++alpha) {
         if ((through_faces >> alpha & 1U) != 0) continue;
-        const auto i = static_cast<std::size_t>(alpha);
-        arriving[i] = load(populations, cells, layout_.entry({0, group.faces}, alpha, placement)) + group.from_walls[i];
+        arriving[alpha] =
+            load(populations, cells, layout_.entry({0, group.faces}, alpha, placement)) + group.from_walls[alpha];
       }
       change =
           change_at_outflow(of_cell, moments_of(populations, cells, group.faces_of_inner, placement, group.to_inner),
                             moments(arriving), moments(added), group.axis, group.high, group.length);
       for (std::size_t i = 0; i < cells_together; ++i)
-        if (is_beside_solid(cells[i], is_solid)) change[static_cast<Eigen::Index>(i)] = 0.0;
+        if (is_beside_solid(cells[i], is_solid)) change[i] = 0.0;
     }
-    for (const Link& link : group.links) {
-      const auto alpha = static_cast<std::size_t>(link.direction);
-      entering_.emplace_back(arriving[alpha] + added[alpha] * change);
-    }
+    for (const Link& link : group.links)
+      entering_.emplace_back(arriving[link.direction] + added[link.direction] * change);
   }
 
   /// What a body sends back has not arrived yet.

@@ -33,12 +33,12 @@ constexpr int opposite(int alpha) { return alpha == 0 ? 0 : (alpha % 2 == 1 ? al
 inline constexpr auto weights = [] {
   std::array<double, directions> result{};
   for (int alpha = 0; alpha < directions; ++alpha)
-    result[static_cast<std::size_t>(alpha)] = alpha == 0 ? 1.0 / 3.0 : (alpha < 7 ? 1.0 / 18.0 : 1.0 / 36.0);
+    result[alpha] = alpha == 0 ? 1.0 / 3.0 : (alpha < 7 ? 1.0 / 18.0 : 1.0 / 36.0);
   return result;
 }();
 
 /// Weight w_α: 1/3 at rest, 1/18 along the axes, 1/36 along the diagonals.
-constexpr double weight(int alpha) { return weights[static_cast<std::size_t>(alpha)]; }
+constexpr double weight(int alpha) { return weights[alpha]; }
 
 /// Index of the direction whose components are `direction`; −1 if the set has none.
 constexpr int index_of(const Direction& direction) {

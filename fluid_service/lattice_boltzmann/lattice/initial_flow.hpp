@@ -40,13 +40,12 @@ inline double starting_deviation(int alpha, const LocalFlow& flow, double relaxa
 inline LocalFlow shear_flow(const FluidSetup& setup, const LatticeUnits& units, const Eigen::Vector3d& centre) {
   LocalFlow flow;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const auto i = static_cast<std::size_t>(axis);
-    const Boundary& low = setup.boundaries[2 * i];
-    const Boundary& high = setup.boundaries[2 * i + 1];
+    const Boundary& low = setup.boundaries[2 * axis];
+    const Boundary& high = setup.boundaries[2 * axis + 1];
     if (low.kind != BoundaryKind::velocity && high.kind != BoundaryKind::velocity) continue;
     const Eigen::Vector3d low_lu = units.velocity_lu(low.velocity_m_per_s);
     flow.gradient.col(axis) =
-        (units.velocity_lu(high.velocity_m_per_s) - low_lu) / static_cast<double>(setup.domain_cells[i]);
+        (units.velocity_lu(high.velocity_m_per_s) - low_lu) / static_cast<double>(setup.domain_cells[axis]);
     flow.velocity = low_lu + centre[axis] * flow.gradient.col(axis);
     break;
   }

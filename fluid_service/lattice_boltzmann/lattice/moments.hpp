@@ -27,7 +27,7 @@ inline Populations equilibrium(double excess_density, const Eigen::Vector3d& u) 
   const double velocity[3] = {u[0], u[1], u[2]};
   Populations f;
   for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-    f[static_cast<std::size_t>(alpha)] = equilibrium_deviation(alpha, excess_density, velocity);
+    f[alpha] = equilibrium_deviation(alpha, excess_density, velocity);
   return f;
 }
 

@@ -99,7 +99,7 @@ class PopulationLayout {
     return placement == Placement::home ? home_ : streamed_[faces];
   }
   [[nodiscard]] std::int64_t location(const Site& site, int alpha, Placement placement) const {
-    return site.index + locations(site.faces, placement)[static_cast<std::size_t>(alpha)];
+    return site.index + locations(site.faces, placement)[alpha];
   }
   /// Where f_α, which enters the cell, is read in the next step: where that step will store f̃_ᾱ.
   [[nodiscard]] std::int64_t entry(const Site& site, int alpha, Placement placement) const {

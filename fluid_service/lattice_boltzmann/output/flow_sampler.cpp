@@ -79,8 +79,8 @@ void FlowSampler::add_probe(const std::vector<Corner>& corners, const std::funct
     const Cell& low = corner.cell;
     const FieldBlock found = fields({low, {low[0] + 1, low[1] + 1, low[2] + 1}});
     for (int axis = 0; axis < 3; ++axis)
-      sums[axis] += whole(corner.weight * corner.sign[axis] * found.velocity_m_per_s[static_cast<std::size_t>(axis)] *
-                          setup_.step_s / setup_.cell_size_m);
+      sums[axis] +=
+          whole(corner.weight * corner.sign[axis] * found.velocity_m_per_s[axis] * setup_.step_s / setup_.cell_size_m);
     if (found.body[0] != 0) continue;
     sums[3] += whole(corner.weight * (found.density_kg_per_m3[0] / setup_.density_kg_per_m3 - 1.0));
     sums[4] += whole(corner.weight);
@@ -98,14 +98,14 @@ void FlowSampler::add_crossing(const Crossing& crossing, fixed_point::Sum* sums)
     if (domain_.box().contains_along(axis, crossing.ghost[axis]) || domain_.periodic(axis)) continue;
     const bool high = crossing.ghost[axis] >= 0;
     fixed_point::Sum* const face = sums + sums_of_face * face_index(axis, high);
-    normal_to[static_cast<std::size_t>(axis)] = face;
+    normal_to[axis] = face;
     if (domain_.face(axis, high).kind != FaceKind::mirror) tangential_to = face;
     if (lets_through(axis, high)) open = face;
   }
   if (open != nullptr) *open += whole(crossing.entering - crossing.leaving);
   for (int axis = 0; axis < 3; ++axis) {
     const int e = d3q19::e[crossing.direction][axis];
-    fixed_point::Sum* const normal = normal_to[static_cast<std::size_t>(axis)];
+    fixed_point::Sum* const normal = normal_to[axis];
     fixed_point::Sum* const face = normal != nullptr ? normal : tangential_to;
     if (e == 0 || face == nullptr) continue;
     const double lost = -e * (crossing.leaving + crossing.entering);
@@ -148,8 +148,7 @@ Eigen::VectorXd FlowSampler::operator()(const std::function<FieldBlock(const Box
     values[1] = images * 2.0 * density * setup_.kinematic_viscosity_m2_per_s * volume * rate2 * sum_of(1);
     values[2] = images * volume * rate2 * sum_of(2);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      values[3 + static_cast<Eigen::Index>(axis)] =
-          setup_.symmetry_planes[axis] ? 0.0 : images * density * volume * speed * sum_of(3 + axis);
+      values[3 + axis] = setup_.symmetry_planes[axis] ? 0.0 : images * density * volume * speed * sum_of(3 + axis);
   }
   auto value = values.begin() + static_cast<Eigen::Index>(first);
   for (std::size_t number = first; number < first_of_faces; number += sums_of_probe) {

@@ -152,7 +152,7 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   file.write_attribute(root, "mean_start", state.sampling.start);
   file.write_attribute(root, "mean_every_steps", state.sampling.every_steps);
   for (std::size_t axis = 0; axis < 3; ++axis)
-    file.write_attribute(root, momentum_gained[axis], state.momentum.gained[static_cast<Eigen::Index>(axis)]);
+    file.write_attribute(root, momentum_gained[axis], state.momentum.gained[axis]);
   file.write_attribute(root, "momentum_exchanged", state.momentum.exchanged);
   file.write_attribute(root, "checksum", sum);
   const Extent shape = extent_of(header.cells);
@@ -206,7 +206,7 @@ void read_bodies(Hdf5File& file, FluidState& state) {
 
 void read_momentum(Hdf5File& file, MomentumBalance& momentum) {
   for (std::size_t axis = 0; axis < 3; ++axis)
-    momentum.gained[static_cast<Eigen::Index>(axis)] = file.read_attribute<double>(root, momentum_gained[axis]);
+    momentum.gained[axis] = file.read_attribute<double>(root, momentum_gained[axis]);
   momentum.exchanged = file.read_attribute<double>(root, "momentum_exchanged");
 }
 
