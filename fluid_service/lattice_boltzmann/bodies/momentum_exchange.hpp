@@ -142,7 +142,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
               loads[film.other][i] += sum(std::exchange(film.sums[i], {}));
         }
         if (g == end) break;
-        if (by_lanes && take_apart(*groups[g], alone, rest)) {
+        if (by_lanes && Formula::uses_second_cell && take_apart(*groups[g], alone, rest)) {
           single_links_(body, place, alone, values, returned, loads, kept_back);
           groups[g] = &rest;
           continue;
