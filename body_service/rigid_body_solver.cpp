@@ -24,7 +24,7 @@ int checked_threads(const BodySetup& setup) {
 
 /// Weights of the values at the nodes for the polynomial through them, at the fraction `at` of the step.
 Eigen::VectorXd interpolation_weights(const std::vector<double>& nodes, double at) {
-  Eigen::VectorXd weights = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(nodes.size()));
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t j = 0; j < nodes.size(); ++j)
       if (j != i) weights[i] *= (at - nodes[j]) / (nodes[i] - nodes[j]);
@@ -36,8 +36,7 @@ void check_finite(const BodyBlock& block, const BodyModel& model, const BlockSta
   const auto finite = [&state](Eigen::Index first, Eigen::Index bodies) {
     bool all = true;
     const auto look_at = [&](const auto& rows) {
-      all = all && all_finite(static_cast<std::size_t>(rows.rows()), static_cast<std::size_t>(rows.outerStride()),
-                              static_cast<std::size_t>(bodies), &rows(0, first));
+      all = all && all_finite(rows.rows(), rows.outerStride(), bodies, &rows(0, first));
     };
     for_each_part(look_at, state);
     return all;
@@ -77,10 +76,10 @@ RigidBodySolver::RigidBodySolver(const BodySetup& setup, SolverContext* context)
       layout_digest_(layout_digest(setup)),
       equations_(setup, preferred_block_bodies),
       integrator_(setup.integrator),
-      work_(static_cast<std::size_t>(checked_threads(setup)), IntegratorWork(equations_.longest_block())),
+      work_(checked_threads(setup), IntegratorWork(equations_.longest_block())),
       team_(setup.threads),
       step_s_(setup.step_s),
-      actuators_(static_cast<Eigen::Index>(setup.actuators.size())),
+      actuators_(setup.actuators.size()),
       nodes_(body::driving_nodes(setup.integrator)),
       exits_(setup, equations_.model()),
       near_pairs_(equations_.model().shapes(), resolves_contacts(setup) ? Contacts::reach_m(setup) : 0.0,

@@ -141,7 +141,7 @@ class CalledSolver : public Base {
       : called_(called) {
     const std::string text = conversion::to_json(setup);
     called_.setup = nlohmann::json::parse(text);
-    called_.kinematics.resize(static_cast<Eigen::Index>(setup.bodies.size()));
+    called_.kinematics.resize(setup.bodies.size());
     called_.loads.resize(loads);
     called_.actuation.resize(actuators, 1);
     called_.ask(COPEPOD_SETUP, text.c_str());
@@ -175,8 +175,7 @@ class CalledFluid final : public CalledSolver<FluidSolver> {
 class CalledBodies final : public CalledSolver<BodySolver> {
  public:
   CalledBodies(CalledComponent& called, const BodySetup& setup)
-      : CalledSolver(called, setup, static_cast<Eigen::Index>(setup.bodies.size()),
-                     static_cast<Eigen::Index>(setup.actuators.size())) {}
+      : CalledSolver(called, setup, setup.bodies.size(), setup.actuators.size()) {}
   [[nodiscard]] std::vector<double> driving_nodes() const override { return {0.0}; }
   void kinematics(Kinematics& kinematics) override { answered(COPEPOD_KINEMATICS, kinematics); }
   void step(const AppliedLoads& applied, Kinematics& next) override {

@@ -64,7 +64,7 @@ std::uint32_t image_word(const Eigen::Vector3d& number) {
 
 /// Place of each body among the names; bodies of one name keep their order.
 std::vector<int> bodies_by_name(const BodyModel& model) {
-  std::vector<int> bodies(static_cast<std::size_t>(model.bodies()));
+  std::vector<int> bodies(model.bodies());
   std::iota(bodies.begin(), bodies.end(), 0);
   std::ranges::stable_sort(bodies, {}, [&](int body) -> const std::string& { return model.name(body); });
   return bodies;
@@ -337,7 +337,7 @@ OverlapCheck::OverlapCheck(const BodyModel& model, NearPairs& near_pairs, const 
 
 void OverlapCheck::check(const MotionState& state, std::int64_t step, ThreadTeam& team) {
   std::atomic<bool> hold = true;
-  share_ranges(team, static_cast<std::size_t>(state.bodies()), [&](std::size_t first, std::size_t last) {
+  share_ranges(team, state.bodies(), [&](std::size_t first, std::size_t last) {
     if (!near_pairs_.hold(state.position_m, first, last)) hold = false;
   });
   if (!hold) near_pairs_.list(state.position_m);

@@ -18,7 +18,7 @@ const BodySetup& checked(const BodySetup& setup) {
 
 /// One block, as an engine moves all bodies together.
 BodyBlock all_bodies(const BodySetup& setup) {
-  const auto blocks = independent_blocks(setup, static_cast<Eigen::Index>(setup.bodies.size()));
+  const auto blocks = independent_blocks(setup, setup.bodies.size());
   return blocks.empty() ? BodyBlock{} : blocks.front();
 }
 
@@ -58,8 +58,7 @@ void EngineBodySolver::add_forces(const AppliedLoads& applied) {
 }
 
 void EngineBodySolver::step(const AppliedLoads& applied, Kinematics& next) {
-  require_matching_loads(applied, state_.step, model_.bodies(), static_cast<Eigen::Index>(all_.actuators.size()),
-                         static_cast<Eigen::Index>(driving_nodes().size()));
+  require_matching_loads(applied, state_.step, model_.bodies(), all_.actuators.size(), driving_nodes().size());
   const double start_s = now_s();
   for (std::int64_t substep = 0; substep < substeps_; ++substep) {
     add_forces(applied);

@@ -64,9 +64,9 @@ void EquationsOfMotion::evaluate(const BodyBlock& block, const AppliedLoads& app
   if (!block.of_free_spheres) constrain(block, force_N, torque_N_m);
   rate.position_m.leftCols(bodies) = state.velocity_m_per_s.leftCols(bodies);
   for (double* const component : components(force_N))
-    multiply(static_cast<std::size_t>(bodies), &model_.inverse_masses_per_kg()[block.first], component, component);
+    multiply(bodies, &model_.inverse_masses_per_kg()[block.first], component, component);
   const auto [w, x, y, z] = components(rate.orientation_wxyz);
-  orientation_rates(static_cast<std::size_t>(bodies), components(std::as_const(work.angular_velocity_rad_per_s)),
+  orientation_rates(bodies, components(std::as_const(work.angular_velocity_rad_per_s)),
                     components(state.orientation_wxyz), w, x, y, z);
 }
 

@@ -20,8 +20,7 @@ void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState
                                 double factor, const BlockState& rate, BlockState& to) {
   const auto accumulate_part = [&](auto& total, const auto& from, const auto& change, auto& target) {
     for (Eigen::Index i = 0; i < total.rows(); ++i)
-      body::accumulate_and_extrapolate(static_cast<std::size_t>(bodies), weight, factor, &from(i, 0), &change(i, 0),
-                                       &total(i, 0), &target(i, 0));
+      body::accumulate_and_extrapolate(bodies, weight, factor, &from(i, 0), &change(i, 0), &total(i, 0), &target(i, 0));
   };
   for_each_part(accumulate_part, sum, start, rate, to);
 }
@@ -30,7 +29,7 @@ void accumulate_and_extrapolate(BlockState& sum, double weight, const BlockState
 void add_scaled_sum(Eigen::Index bodies, double factor, const BlockState& a, const BlockState& b, BlockState& to) {
   const auto add_part = [&](const auto& one, const auto& other, auto& target) {
     for (Eigen::Index i = 0; i < target.rows(); ++i)
-      body::add_scaled_sum(static_cast<std::size_t>(bodies), factor, &one(i, 0), &other(i, 0), &target(i, 0));
+      body::add_scaled_sum(bodies, factor, &one(i, 0), &other(i, 0), &target(i, 0));
   };
   for_each_part(add_part, a, b, to);
 }
@@ -54,7 +53,7 @@ void advance_by_semi_implicit_euler(const EquationsOfMotion& equations, const Bo
     const Eigen::Vector3d w_WB = work.equations.angular_velocity_rad_per_s.col(i);
     end.orientation_wxyz.col(i) = rotated(step_s * w_WB, end.orientation_wxyz.col(i));
   }
-  normalise_orientations(static_cast<std::size_t>(bodies), components(end.orientation_wxyz));
+  normalise_orientations(bodies, components(end.orientation_wxyz));
 }
 
 /// Classical Runge-Kutta method of fourth order for y = (x, q, v, L):
@@ -82,7 +81,7 @@ void advance_by_runge_kutta_4(const EquationsOfMotion& equations, const BodyBloc
   accumulate_and_extrapolate(work.rate_sum, 2.0, work.state, block.bodies, h, work.rate, work.stage);
   evaluate(end, work.stage, work.rate);  // k₄
   add_scaled_sum(block.bodies, h / 6.0, work.rate_sum, work.rate, work.state);
-  normalise_orientations(static_cast<std::size_t>(block.bodies), components(work.state.orientation_wxyz));
+  normalise_orientations(block.bodies, components(work.state.orientation_wxyz));
 }
 
 }  // namespace

@@ -199,7 +199,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> Joints::answer(int body, const Joint
 template <class State>
 void Joints::list_rows(const Island& island, Eigen::Index first, double at, const State& state, Work& work) const {
   work.sides.resize(island.joints.size());
-  work.rows.resize(static_cast<std::size_t>(island.rows));
+  work.rows.resize(island.rows);
   work.response.resize(work.rows.size());
   for (std::size_t i = 0; i < island.joints.size(); ++i) {
     const Joint& joint = island.joints[i];

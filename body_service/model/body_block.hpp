@@ -31,13 +31,12 @@ struct BodyBlock {
 
 /// Copies the columns of a block to the front of a work array.
 void split(const auto& of_all, const BodyBlock& block, auto& of_block) {
-  std::apply([&](auto... to) { split(static_cast<std::size_t>(block.bodies), of_all.col(block.first).data(), to...); },
-             components(of_block));
+  std::apply([&](auto... to) { split(block.bodies, of_all.col(block.first).data(), to...); }, components(of_block));
 }
 
 /// Copies the front of a work array to the columns of a block.
 void join(const auto& of_block, const BodyBlock& block, auto& of_all) {
-  join(static_cast<std::size_t>(block.bodies), components(of_block), of_all.col(block.first).data());
+  join(block.bodies, components(of_block), of_all.col(block.first).data());
 }
 
 /// Cuts the bodies into blocks of about `preferred_bodies`, longer only where what joins bodies prevents a cut.

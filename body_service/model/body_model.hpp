@@ -56,8 +56,7 @@ class BodyModel {
     if (block.of_free_spheres) {
       const auto L = components(state.angular_momentum_N_m_s);
       const auto w = components(w_WB_rad_per_s);
-      for (std::size_t k = 0; k < 3; ++k)
-        multiply(static_cast<std::size_t>(block.bodies), &inverse_inertia_(0, block.first), L[k], w[k]);
+      for (std::size_t k = 0; k < 3; ++k) multiply(block.bodies, &inverse_inertia_(0, block.first), L[k], w[k]);
       return;
     }
     for (Eigen::Index i = 0; i < block.bodies; ++i)

@@ -144,7 +144,7 @@ std::vector<ModelBody> bodies_of(const mjModel_& mujoco, const ModelSpecificatio
   const MujocoData data = new_data(mujoco);
   mj_kinematics(&mujoco, data.get());
   std::vector<ModelBody> bodies;
-  std::vector<double> volume_m3_of_body(static_cast<std::size_t>(mujoco.nbody), 0.0);
+  std::vector<double> volume_m3_of_body(mujoco.nbody, 0.0);
   for (int geom = 0; geom < mujoco.ngeom; ++geom) {
     if (mujoco.geom_type[geom] == mjGEOM_PLANE) continue;
     BodySpecification& body = bodies.emplace_back(ModelBody{geom, {}}).body;

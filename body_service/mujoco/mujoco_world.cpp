@@ -121,7 +121,7 @@ class MujocoWorld final : public EngineWorld {
       require_bodies_of_model(setup, bodies);
       for (const ModelBody& body : bodies) {
         if (body.body.motion == MotionKind::free)
-          own_weight_N_.col(static_cast<Eigen::Index>(geoms_.size())) = body.body.mass_kg * setup.gravity_m_per_s2;
+          own_weight_N_.col(geoms_.size()) = body.body.mass_kg * setup.gravity_m_per_s2;
         if (!setup.walls.empty() && mujoco_->geom_contype[body.geom] == 0 && mujoco_->geom_conaffinity[body.geom] == 0)
           throw CaseError("geom '" + body.body.name +
                           "' meets no wall of the case (its contype and conaffinity are 0). Set one of them to 1.");
@@ -159,7 +159,7 @@ class MujocoWorld final : public EngineWorld {
   /// themselves where the joints allow them.
   void set_initial_velocities(const BodyModel& model) {
     const Kinematics start = initial_kinematics(model);
-    std::vector<mjtNum> momenta(static_cast<std::size_t>(mujoco_->nv), 0.0);
+    std::vector<mjtNum> momenta(mujoco_->nv, 0.0);
     for (Eigen::Index body = 0; body < std::ssize(geoms_); ++body) {
       if (motions_[body] == MotionKind::fixed) continue;
       const int id = mujoco_->geom_bodyid[geoms_[body]];

@@ -44,7 +44,7 @@ void read_all(std::istream& file, Words& words, const std::function<void()>& on_
   std::size_t done = 0;
   while (file && done < bytes.size()) {
     const std::size_t piece = std::min(bytes.size() - done, piece_bytes);
-    file.read(reinterpret_cast<char*>(bytes.data() + done), static_cast<std::streamsize>(piece));
+    file.read(reinterpret_cast<char*>(bytes.data() + done), piece);
     done += static_cast<std::size_t>(file.gcount());
     if (on_piece) on_piece();
   }

@@ -10,7 +10,7 @@
 namespace copepod::body {
 
 ThreadTeam::ThreadTeam(int threads) {
-  others_.reserve(static_cast<std::size_t>(threads - 1));
+  others_.reserve(threads - 1);
   try {
     for (int thread = 1; thread < threads; ++thread)
       others_.emplace_back([this, thread](const std::stop_token& stop) { wait_for_loops(stop, thread); });

@@ -91,7 +91,7 @@ void CycleTable::add(const Group& group, const Cycle& cycle) {
              figures.tilt_rad, figures.along_m_per_s, figures.across_m_per_s.norm(), figures.velocity_m_per_s,
              figures.rotation_rad, cycle.power_W, cycle.dissipation_W, figures.efficiency, figures.Re);
   append_all(row, cycle.arms.reshaped());
-  row.append(static_cast<std::size_t>(3 * (most_arms_ - cycle.arms.cols())), ',');
+  row.append(3 * (most_arms_ - cycle.arms.cols()), ',');
   file_.add(row);
   file_.flush();
 }

@@ -109,11 +109,11 @@ Group group_of(const std::string& name, const std::vector<int>& numbers, const E
   group.name = name;
   group.bodies = numbers;
   group.axis = axis;
-  group.placed_m.resize(3, static_cast<Eigen::Index>(numbers.size()));
+  group.placed_m.resize(3, numbers.size());
   std::vector<BodySpecification> bodies;
   for (const int number : numbers) {
     const BodySpecification& body = bodies.emplace_back(assembly.bodies[number]);
-    group.placed_m.col(static_cast<Eigen::Index>(group.body_names.size())) = body.position_m;
+    group.placed_m.col(group.body_names.size()) = body.position_m;
     group.body_names.push_back(body.name);
     group.radii_m.push_back(equivalent_radius_m(body.shape));
   }
@@ -243,7 +243,7 @@ void CycleObserver::open(const Group& group, CycleSums& sums, const StepRecord& 
   for (Eigen::Index arm = 0; arm < arms; ++arm) sums.first_arm_m[arm] = arm_m(group.arms[arm], record);
   for (Eigen::VectorXd* sum : {&sums.arm_m, &sums.arm_cosine_m, &sums.arm_sine_m}) sum->setZero(arms);
   for (Eigen::VectorXd* speed : {&sums.max_speed_m_per_s, &sums.max_speed_along_m_per_s})
-    speed->setZero(static_cast<Eigen::Index>(group.bodies.size()));
+    speed->setZero(group.bodies.size());
   sums.power_W = sums.dissipation_W = 0.0;
   sums.power_as_in_paper_W = group.power_as_in_paper_W ? std::optional(0.0) : std::nullopt;
 }

@@ -264,7 +264,7 @@ void add_figures_of_paper(ordered_json& report, const Swimmer& swimmer, const Gr
 /// last full cycle of each, and the distance from each centroid to the nearest other one at the end of the run.
 ordered_json swarm_report(const Case& the_case, const CycleObserver& observer) {
   if (observer.end_position_m().cols() == 0) return nullptr;  // the run has not ended
-  Eigen::Matrix3Xd centroids_m(3, static_cast<Eigen::Index>(the_case.swimmers.size()));
+  Eigen::Matrix3Xd centroids_m(3, the_case.swimmers.size());
   Eigen::VectorXd speeds_m_per_s(centroids_m.cols());
   Eigen::Vector3d order = Eigen::Vector3d::Zero();
   Eigen::Index count = 0;
@@ -295,7 +295,7 @@ Eigen::VectorXd nearest_distances_m(const Eigen::Matrix3Xd& points_m, const std:
   const double extent_m = (points_m.rowwise().maxCoeff() - points_m.rowwise().minCoeff()).norm();
   constexpr double least_m = 1e-100;  // where all points coincide
   const double first_m = std::max(extent_m / static_cast<double>(points), least_m);
-  std::vector<double> radius_m(static_cast<std::size_t>(points), first_m);
+  std::vector<double> radius_m(points, first_m);
   Eigen::VectorXd nearest_m = Eigen::VectorXd::Constant(points, std::numeric_limits<double>::infinity());
   std::vector<BodyPair> pairs;
   for (double largest_m = first_m;; largest_m *= 2.0) {

@@ -47,7 +47,7 @@ class DrivingProtocol {
   /// @param nodes      fractions of the step
   /// @param actuation  resized to (actuators, nodes) and overwritten
   void sample(std::int64_t step, std::span<const double> nodes, Eigen::MatrixXd& actuation) const {
-    actuation.resize(static_cast<Eigen::Index>(actuators_.size()), static_cast<Eigen::Index>(nodes.size()));
+    actuation.resize(actuators_.size(), nodes.size());
     for (Eigen::Index i = 0; i < actuation.rows(); ++i) {
       for (Eigen::Index node = 0; node < actuation.cols(); ++node)
         actuation(i, node) = value_of(signals_[i], step, nodes[node]);

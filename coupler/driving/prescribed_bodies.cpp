@@ -81,7 +81,7 @@ void PrescribedBodies::step(const AppliedLoads& applied, Kinematics& next) {
 void PrescribedBodies::complete(Kinematics& kinematics) {
   const std::int64_t step = others_kinematics_.step;
   kinematics.step = step;
-  kinematics.resize(static_cast<Eigen::Index>(bodies_.size()));
+  kinematics.resize(bodies_.size());
   kinematics.position_m(Eigen::all, free_) = others_kinematics_.position_m;
   kinematics.orientation_wxyz(Eigen::all, free_) = others_kinematics_.orientation_wxyz;
   kinematics.velocity_m_per_s(Eigen::all, free_) = others_kinematics_.velocity_m_per_s;
@@ -154,12 +154,12 @@ void LoweredBodies::kinematics(Kinematics& kinematics) {
 
 void LoweredBodies::step(const AppliedLoads& applied, Kinematics& next) {
   applied_.hydrodynamic = applied.hydrodynamic;
-  applied_.actuation.resize(static_cast<Eigen::Index>(lowered_.size()), applied.actuation.cols());
+  applied_.actuation.resize(lowered_.size(), applied.actuation.cols());
   for (Eigen::Index node = 0; node < applied.actuation.cols(); ++node) {
     drive_loads(actuators_, applied.actuation.col(node), start_, drive_);
     for (std::size_t i = 0; i < lowered_.size(); ++i) {
       const auto& loads = lowered_[i].kind == ActuatorKind::world_force ? drive_.force_N : drive_.torque_N_m;
-      applied_.actuation(static_cast<Eigen::Index>(i), node) = lowered_[i].direction.dot(loads.col(lowered_[i].body_A));
+      applied_.actuation(i, node) = lowered_[i].direction.dot(loads.col(lowered_[i].body_A));
     }
   }
   solver_->step(applied_, next);

@@ -123,7 +123,7 @@ void SampleWriter::observe(const StepRecord& record) {
 ObstacleWriter::ObstacleWriter(const std::vector<ObstacleSpecification>& obstacles,
                                std::unique_ptr<TrajectoryWriter> writer)
     : writer_(std::move(writer)) {
-  places_.resize(static_cast<Eigen::Index>(obstacles.size()));
+  places_.resize(obstacles.size());
   places_.velocity_m_per_s.setZero();
   places_.angular_velocity_rad_per_s.setZero();
   no_loads_.force_N.setZero(3, places_.bodies());

@@ -67,7 +67,7 @@ void RemoteFluid::exchange(const Kinematics& kinematics, Loads& loads) {
 }
 
 RemoteBody::RemoteBody(Link& link, const BodySetup& setup, std::int64_t first_step)
-    : RemoteSolver(link, kBody, static_cast<Eigen::Index>(setup.bodies.size()), first_step) {
+    : RemoteSolver(link, kBody, setup.bodies.size(), first_step) {
   session::Configured configured;
   link_.ask(number_, MessageKind::body_setup, first_step, with(setup), into(configured));
   driving_nodes_ = configured.driving_nodes;
@@ -86,8 +86,7 @@ void RemoteBody::step(const AppliedLoads& applied, Kinematics& next) {
 
 RemoteController::RemoteController(Link& link, std::size_t number, const ControllerSetup& setup,
                                    std::int64_t first_step)
-    : RemoteSolver(link, number, static_cast<Eigen::Index>(setup.bodies.size()), first_step),
-      action_(setup.actuators.size()) {
+    : RemoteSolver(link, number, setup.bodies.size(), first_step), action_(setup.actuators.size()) {
   link_.ask(number_, MessageKind::controller_setup, first_step, with(setup), nothing);
 }
 

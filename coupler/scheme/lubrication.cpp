@@ -47,7 +47,7 @@ Lubrication::Lubrication(const FluidSetup& fluid, const BodySetup& bodies, doubl
   surfaces_.emplace(fluid, FilmRange(fluid).high_m);
   response_.resize(bodies.bodies.size());
   motion_.resize(bodies.bodies.size());
-  loads_.resize(static_cast<Eigen::Index>(bodies.bodies.size()));
+  loads_.resize(bodies.bodies.size());
 }
 
 const Loads* Lubrication::loads(const Kinematics& kinematics, const Loads& applied, const Loads& drive) {

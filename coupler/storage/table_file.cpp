@@ -44,7 +44,7 @@ Checksum checksum_of_start(const std::filesystem::path& file, std::uint64_t byte
   constexpr std::uint64_t piece_bytes = std::uint64_t{1} << 20;
   Checksum checksum;
   std::ifstream stream(file, std::ios::binary);
-  stream.seekg(static_cast<std::streamoff>(skipped));
+  stream.seekg(skipped);
   std::vector<char> piece(piece_bytes);
   while (bytes > 0) {
     const auto size = static_cast<std::streamsize>(std::min(bytes, piece_bytes));
@@ -122,8 +122,7 @@ NpyFile::NpyFile(const std::string& path, const std::string& type, std::uint64_t
     : TableFile(path, end, head_bytes) {
   const std::string start = start_of_npy_head(type);
   std::string found(start.size(), '\0');
-  if (end && (!std::ifstream(path, std::ios::binary).read(found.data(), static_cast<std::streamsize>(found.size())) ||
-              found != start))
+  if (end && (!std::ifstream(path, std::ios::binary).read(found.data(), found.size()) || found != start))
     throw StorageError(path +
                        " is of other bodies (the run cannot continue it). Restore the file, or start a new run.");
   make_head_ = [start, sample_bytes](std::uint64_t bytes) {

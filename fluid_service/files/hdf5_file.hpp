@@ -22,6 +22,11 @@ class Hdf5File {
  public:
   enum class Access { create, read };
   using Extent = std::vector<std::uint64_t>;
+  /// Of one axis more.
+  static Extent with(Extent extent, std::uint64_t last) {
+    extent.push_back(last);
+    return extent;
+  }
 
   /// @param context  to report progress to; outlives the file
   Hdf5File(const std::string& path, Access access, SolverContext& context);

@@ -52,10 +52,7 @@ class StatelessFluid : public FluidSolver {
  protected:
   /// @param name  of the solver, as in a case file
   StatelessFluid(std::string name, const FluidSetup& setup, const Communicator& communicator)
-      : name_(std::move(name)),
-        bodies_(static_cast<Eigen::Index>(setup.bodies.size())),
-        rank_(communicator.rank()),
-        ranks_(communicator.size()) {}
+      : name_(std::move(name)), bodies_(setup.bodies.size()), rank_(communicator.rank()), ranks_(communicator.size()) {}
 
  private:
   [[nodiscard]] std::string checkpoint_text() const { return "copepod " + name_ + " checkpoint 1\n"; }

@@ -35,7 +35,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       partition_(domain_.cells(), communicator.size(), setup.bodies.size()),
       layout_(partition_.block(communicator.rank()), sizeof(T),
               origin_rule(domain_, partition_.block(communicator.rank()))),
-      populations_(static_cast<std::size_t>(layout_.values())),
+      populations_(layout_.values()),
       constants_(collision_constants<T>(setup.collision, units_.relaxation_time(setup.kinematic_viscosity_m2_per_s),
                                         units_.body_force_lu(setup.body_force_N_per_m3))),
       has_force_(!setup.body_force_N_per_m3.isZero(0.0)),
@@ -49,7 +49,7 @@ LatticeBoltzmann<T>::LatticeBoltzmann(const FluidSetup& setup, Communicator& com
       exchange_momentum_(make_momentum_exchange<T>(setup.moving_boundary, constants_, layout_, map_, films_)),
       links_(map_, layout_, exchange_momentum_->uses_second_cell),
       nearby_(setup, units_, domain_, partition_, exchange_momentum_->conserving, communicator),
-      absorbed_mass_(Eigen::Matrix2Xd::Zero(2, static_cast<Eigen::Index>(setup.bodies.size()))),
+      absorbed_mass_(Eigen::Matrix2Xd::Zero(2, setup.bodies.size())),
       timer_(communicator.context().timeline()),
       output_(setup, communicator),
       sample_flow_(setup, domain_, layout_.block(), communicator) {
@@ -82,7 +82,7 @@ template <class T>
 void LatticeBoltzmann<T>::map_bodies(const Kinematics& kinematics) {
   nearby_.scatter(kinematics, returned_mass());
   for (std::size_t place = 0; place < nearby_.bodies().size(); ++place)
-    map_.bodies()[nearby_.bodies()[place]].move(nearby_.kinematics(), static_cast<Eigen::Index>(place), units_);
+    map_.bodies()[nearby_.bodies()[place]].move(nearby_.kinematics(), place, units_);
   if (map_.update(nearby_.bodies())) links_.update();
   films_.find(nearby_.bodies(), nearby_.kinematics());
 }
@@ -191,7 +191,7 @@ void LatticeBoltzmann<T>::report_loads(const Kinematics& kinematics, Loads& load
     for (int plane = 0; plane < 3; ++plane) {
       if (!domain_.symmetric(plane)) continue;
       if (domain_.cut_by_symmetry_plane(units.position_lu(kinematics.position_m.col(b)), plane))
-        whole.cut(static_cast<std::size_t>(plane));
+        whole.cut(plane);
       else
         images *= 2.0;
     }
@@ -390,7 +390,7 @@ template <class Visit>
 void LatticeBoltzmann<T>::for_each_population(const Box& piece, Placement placement, const Visit& visit) const {
   for_each_cell(piece, [&](const Cell& cell) {
     for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-      visit(static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement)));
+      visit(layout_.location(layout_.site(cell), alpha, placement));
   });
 }
 

@@ -90,7 +90,7 @@ class LatticeBoltzmann final : public FluidSolver {
       LocalFlow local = flow(cell);
       local.force = force;
       for (int alpha = 0; alpha < d3q19::directions; ++alpha)
-        populations_[static_cast<std::size_t>(layout_.location(layout_.site(cell), alpha, placement_))] =
+        populations_[layout_.location(layout_.site(cell), alpha, placement_)] =
             static_cast<T>(starting_deviation(alpha, local, relaxation_time));
     });
     links_.forget_populations();
@@ -105,7 +105,7 @@ class LatticeBoltzmann final : public FluidSolver {
   void sum_loads(const Kinematics& kinematics, Loads& loads);
   void report_loads(const Kinematics& kinematics, Loads& loads);
   [[nodiscard]] double total_lu(Eigen::Index body, std::size_t component) const {
-    return fixed_point::to_double(nearby_.total(static_cast<std::size_t>(body), component));
+    return fixed_point::to_double(nearby_.total(body, component));
   }
   void start_halo() {
     halo_.start(populations_.data(), placement_);

@@ -36,7 +36,7 @@ void receive(Communicator& communicator, Command& command) {
   broadcast(communicator, head);
   command.order = static_cast<Order>(head[0]);
   command.step = head[1];
-  command.path.resize(static_cast<std::size_t>(head[2]));
+  command.path.resize(head[2]);
   if (!command.path.empty()) broadcast(communicator, command.path);
   if (command.order == Order::construct) command.setup = conversion::fluid_setup_from_bytes(command.path);
 }

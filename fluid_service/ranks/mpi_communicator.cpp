@@ -233,7 +233,7 @@ void MpiCommunicator::receive(int peer, std::vector<std::byte>& data) {
   });
   int size = 0;
   check(MPI_Get_count(&status, MPI_BYTE, &size), "MPI_Get_count");
-  data.resize(static_cast<std::size_t>(size));
+  data.resize(size);
   MPI_Request request = MPI_REQUEST_NULL;
   check(MPI_Imrecv(data.data(), size, MPI_BYTE, &message, &request), "MPI_Imrecv");
   try {
@@ -250,7 +250,7 @@ void MpiCommunicator::report_failure(const FailureReport& report) {
   if (size_ == 1) return;
   static FailurePacket packet;  // outlives the sends, whatever becomes of this object
   packet = pack_failure(report);
-  std::vector<MPI_Request> requests(static_cast<std::size_t>(size_), MPI_REQUEST_NULL);
+  std::vector<MPI_Request> requests(size_, MPI_REQUEST_NULL);
   for (int peer = 0; peer < size_; ++peer) {
     if (peer == rank_) continue;
     MPI_Isend(&packet, sizeof(packet), MPI_BYTE, peer, failure_tag, failures_, &requests[peer]);

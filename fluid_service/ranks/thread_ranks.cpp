@@ -311,7 +311,7 @@ void ThreadRanks::Rank::receive(int peer, std::vector<std::byte>& data) {
 void ThreadRanks::Rank::report_failure(const FailureReport& report) { team_.fail(report); }
 
 ThreadRanks::Team::Team(int size, SolverContext& leader, const std::function<void(Communicator&)>& follow)
-    : contexts_(static_cast<std::size_t>(size - 1)) {
+    : contexts_(size - 1) {
   ranks_.emplace_back(*this, 0, leader);
   for (SolverContext& context : contexts_) ranks_.emplace_back(*this, static_cast<int>(ranks_.size()), context);
   for (Rank& sender : ranks_)

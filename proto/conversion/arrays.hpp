@@ -21,8 +21,7 @@ inline void require_length(std::size_t found, Eigen::Index length, const char* n
 }
 
 inline void require_finite(const double* values, Eigen::Index count, const char* name) {
-  if (!all_finite(values, static_cast<std::size_t>(count)))
-    throw NotFinite(std::string(name) + " holds a number that is not finite");
+  if (!all_finite(values, count)) throw NotFinite(std::string(name) + " holds a number that is not finite");
 }
 
 /// Copies an array of shape (rows, columns), one column per body, from the wire, where
@@ -31,7 +30,7 @@ template <class Matrix>
 void read_array(std::span<const std::byte> bytes, Eigen::Index columns, const char* name, Matrix& matrix) {
   require_length(bytes.size() / sizeof(double), Matrix::RowsAtCompileTime * columns, name);
   matrix.resize(Matrix::RowsAtCompileTime, columns);
-  if (copy_finite(bytes.data(), static_cast<std::size_t>(matrix.size()), matrix.data())) return;
+  if (copy_finite(bytes.data(), matrix.size(), matrix.data())) return;
   Eigen::Index column = 0;
   while (all_finite(matrix.col(column).data(), Matrix::RowsAtCompileTime)) ++column;
   for (const double value : matrix.col(column))

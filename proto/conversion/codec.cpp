@@ -25,7 +25,7 @@ Bytes bytes_of(const Doubles& field) {
 /// As many as `numbers` holds.
 void read_numbers(Bytes bytes, const char* name, auto& numbers) {
   const auto count = static_cast<std::size_t>(numbers.size());
-  require_length(bytes.size() / sizeof(double), static_cast<Eigen::Index>(count), name);
+  require_length(bytes.size() / sizeof(double), count, name);
   if (!copy_finite(bytes.data(), count, numbers.data()))
     throw NotFinite(std::string(name) + " holds a number that is not finite");
 }
@@ -235,7 +235,7 @@ const Header& Decoder::header() const { return buffers_->header; }
 
 void Decoder::read(session::Configured& configured) const {
   const Doubles& nodes = buffers_->envelope->configured().driving_nodes();
-  require_at_most(static_cast<std::size_t>(nodes.size()), kLimits.driving_nodes, "driving_nodes");
+  require_at_most(nodes.size(), kLimits.driving_nodes, "driving_nodes");
   require_finite(nodes.data(), nodes.size(), "driving_nodes");
   configured.driving_nodes.assign(nodes.begin(), nodes.end());
 }

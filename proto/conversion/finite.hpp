@@ -31,7 +31,7 @@ inline bool all_finite(const double* values, std::size_t count) {
 /// Of a matrix as a whole; several times as fast as Eigen's `allFinite`.
 template <class Matrix>
 bool all_finite(const Matrix& matrix) {
-  return all_finite(matrix.data(), static_cast<std::size_t>(matrix.size()));
+  return all_finite(matrix.data(), matrix.size());
 }
 
 /// Copies `count` doubles as they lie in memory; the source need not be aligned.

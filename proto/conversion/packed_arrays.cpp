@@ -69,7 +69,7 @@ std::optional<Bytes> next_part(CodedInputStream& stream, Bytes bytes) {
   if (!stream.ReadVarintSizeAsInt(&length)) return std::nullopt;
   const auto begin = static_cast<std::size_t>(stream.CurrentPosition());
   if (!stream.Skip(length)) return std::nullopt;
-  return bytes.subspan(begin, static_cast<std::size_t>(length));
+  return bytes.subspan(begin, length);
 }
 
 CodedInputStream stream_of(Bytes bytes) {

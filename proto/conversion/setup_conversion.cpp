@@ -201,13 +201,13 @@ class Reader {
   }
   void get(const FieldDescriptor* field, int, List auto& list) const {
     const int size = reflection_.FieldSize(message_, field);
-    fit(field, list, static_cast<std::size_t>(size));
+    fit(field, list, size);
     int i = 0;
     for (auto& value : list) get(field, i++, value);
   }
   void get(const FieldDescriptor* field, int, std::set<std::string>& names) const {
     const int size = reflection_.FieldSize(message_, field);
-    require_at_most(static_cast<std::size_t>(size), kLimits.features, (path_ + field->name()).c_str());
+    require_at_most(size, kLimits.features, (path_ + field->name()).c_str());
     names.clear();
     std::string name;
     for (int i = 0; i < size; ++i) {
@@ -254,7 +254,7 @@ Mesh read_mesh(const v1::TriangleMesh& wire) {
   const auto& corners = wire.triangles();
   const int vertices = numbers.size() / 3;
   if (numbers.size() % 3 != 0 || corners.size() % 3 != 0 || corners.empty() ||
-      !all_finite(numbers.data(), static_cast<std::size_t>(numbers.size())) ||
+      !all_finite(numbers.data(), numbers.size()) ||
       std::ranges::any_of(corners, [&](std::uint32_t corner) { return std::cmp_greater_equal(corner, vertices); }))
     throw MalformedMessage("a mesh has a vertex that is not finite, or a triangle without three vertices");
   TriangleMesh::Triangles triangles(3, corners.size() / 3);

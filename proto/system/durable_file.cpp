@@ -63,7 +63,7 @@ bool write_all(int descriptor, std::uint64_t position, std::span<const std::byte
     const ssize_t written = ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(position));
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return false;
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    bytes = bytes.subspan(written);
     position += static_cast<std::uint64_t>(written);
   }
   return true;

@@ -80,9 +80,9 @@ inline std::vector<BodyPair> near_pairs(const std::vector<BodySpecification>& bo
   constexpr double smallest_m = 1e-100;  // a case may contain any number: where products of lengths are finite
   constexpr double largest_m = 1e100;
   std::vector<double> radius_m;
-  Eigen::Matrix3Xd centre_m(3, static_cast<Eigen::Index>(bodies.size()));
+  Eigen::Matrix3Xd centre_m(3, bodies.size());
   for (const BodySpecification& body : bodies) {
-    centre_m.col(static_cast<Eigen::Index>(radius_m.size())) = body.position_m;
+    centre_m.col(radius_m.size()) = body.position_m;
     radius_m.push_back(std::clamp(bounding_radius_m(body.shape) + 0.5 * reach_m, smallest_m, largest_m));
   }
   std::vector<BodyPair> pairs;

@@ -88,7 +88,7 @@ void declare_table_lists(Keys& keys, std::vector<Signal::Point>& table) {
                                           std::to_string(keys.size("values")) +
                                           " entries (a table pairs them). Give as many of both, or a file.");
   table.resize(rows);
-  Eigen::VectorXd times(static_cast<Eigen::Index>(rows)), values(times.size());
+  Eigen::VectorXd times(rows), values(times.size());
   for (Eigen::Index row = 0; row < times.size(); ++row) {
     times[row] = table[row].time_steps;
     values[row] = table[row].value;

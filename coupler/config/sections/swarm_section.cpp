@@ -310,7 +310,7 @@ std::vector<Place> place_as_in_file(Keys& section, const Swarm& swarm, const Pla
     if (std::exchange(last, {touch.first, touch.second}) == last) continue;  // other beads of the same two
     const std::string other =
         touch.first < 0 ? "another body" : "that of line " + std::to_string(rows.lines[touch.first]);
-    report(static_cast<std::size_t>(touch.second),
+    report(touch.second,
            "the swimmer and " + other + " " + touch_text(touch.distance_m) + " (solid bodies need room). Move one.");
   }
   return places;

@@ -60,7 +60,7 @@ void read_range(Keys range, SweptKey& parameter, const Origin& origin) {
     range.reject("scale", "is logarithmic (the range from " + shortest_text(from) + " to " + shortest_text(to) +
                               " holds zero). Choose ends of one sign, or scale: linear.");
   } else {
-    for (const std::string& text : range_texts(from, to, static_cast<std::size_t>(count), parameter.scale))
+    for (const std::string& text : range_texts(from, to, count, parameter.scale))
       parameter.values.push_back({Value::Kind::scalar, text, {}, {}, origin});
   }
 }

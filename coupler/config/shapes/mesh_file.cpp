@@ -282,8 +282,8 @@ TriangleMesh welded(const Soup& soup, double unit_m) {
     if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) triangles.push_back(corners);
   }
   if (triangles.empty()) fail("it has no triangles");
-  Eigen::Matrix3Xd columns(3, static_cast<Eigen::Index>(vertices.size()));
-  TriangleMesh::Triangles corners(3, static_cast<Eigen::Index>(triangles.size()));
+  Eigen::Matrix3Xd columns(3, vertices.size());
+  TriangleMesh::Triangles corners(3, triangles.size());
   std::memcpy(columns.data(), vertices.data(), vertices.size() * sizeof(Vertex));
   std::memcpy(corners.data(), triangles.data(), triangles.size() * sizeof(Triangle));
   return {std::move(columns), std::move(corners)};

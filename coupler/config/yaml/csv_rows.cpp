@@ -137,7 +137,7 @@ class CsvReading {
     for (const std::string& name : wanted) {
       if (!is_there(name))
         throw CaseError("column '" + name + "' is missing (the first line names the columns). Write " + columns + ".");
-      places_.push_back(static_cast<std::size_t>(std::ranges::find(names, name) - names.begin()));
+      places_.push_back(std::ranges::find(names, name) - names.begin());
     }
   }
 

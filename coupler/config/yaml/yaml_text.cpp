@@ -172,7 +172,7 @@ std::string line_of(const std::string& text, const YAML::Mark& mark) {
 std::string problem_with(const std::string& line, const YAML::Exception& error) {
   if (line.substr(0, line.find_first_not_of(" \t")).find('\t') != std::string::npos)
     return "the line is indented with a tab (YAML takes spaces only). Replace the tab with spaces.";
-  const std::size_t star = line.find('*', static_cast<std::size_t>(std::max(error.mark.column, 0)));
+  const std::size_t star = line.find('*', std::max(error.mark.column, 0));
   if (error.msg.starts_with(YAML::ErrorMsg::UNKNOWN_ANCHOR) && star != std::string::npos) {
     const std::string alias = line.substr(star, line.find_first_of(" ,]}", star) - star);
     return alias + " stands for nothing (no &" + alias.substr(1) + " comes before it). Write &" + alias.substr(1) +

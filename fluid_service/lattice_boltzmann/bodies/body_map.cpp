@@ -17,7 +17,7 @@ BodyMap::BodyMap(const Domain& domain, const PopulationLayout& layout, std::vect
       bodies_(std::move(bodies)),
       obstacles_(std::move(obstacles)),
       mapped_(bodies_.size()),
-      owner_(static_cast<std::size_t>(layout.cells()), fluid) {
+      owner_(layout.cells(), fluid) {
   for (LatticeBody& obstacle : std::span(bodies_).last(obstacles_.size()))
     for (int axis = 0; axis < 3; ++axis)
       if (domain_.periodic(axis)) obstacle.period[axis] = static_cast<double>(domain_.cells()[axis]);
@@ -104,7 +104,7 @@ BodyMap::Footprint BodyMap::footprint(const LatticeBody& body) {
     result.set_rows(crossings);
     return result;
   }
-  result.rows.reserve(static_cast<std::size_t>(result.lines * result.width));
+  result.rows.reserve(result.lines * result.width);
   for_each_row(body.bounds(), body.position,
                [&](std::int64_t x, std::int64_t y) { result.rows.push_back(covered_cells(body, x, y)); });
   if (body.kind == ShapeKind::sphere) result.free_way = free_way(result);
@@ -265,9 +265,7 @@ void BodyMap::hand_over() {
   }
   given_up_.clear();
   claimed_.clear();
-  std::erase_if(uncovered_, [this](const ChangedCell& u) {
-    return owner_[static_cast<std::size_t>(layout_.cell(u.cell()))] != fresh;
-  });
+  std::erase_if(uncovered_, [this](const ChangedCell& u) { return owner_[layout_.cell(u.cell())] != fresh; });
 }
 
 /// Both cover a cell.
@@ -281,7 +279,7 @@ void BodyMap::check_apart(std::int32_t body, std::int32_t other) const {
 }
 
 void BodyMap::accept_fresh_cells() {
-  for (const ChangedCell& u : uncovered_) owner_[static_cast<std::size_t>(layout_.cell(u.cell()))] = fluid;
+  for (const ChangedCell& u : uncovered_) owner_[layout_.cell(u.cell())] = fluid;
 }
 
 bool BodyMap::is_removed(const LatticeBody& body) const {

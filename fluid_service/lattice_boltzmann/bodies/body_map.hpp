@@ -104,7 +104,7 @@ class BodyMap {
       const std::int64_t i = at_x - x;
       const std::int64_t j = at_y - y;
       if (j < 0 || j >= width || i < 0 || i >= lines) return {};
-      return row(static_cast<std::size_t>(i * width + j));
+      return row(i * width + j);
     }
     void set_rows(const std::vector<RowCrossing>& crossings);
     [[nodiscard]] Footprint without_cells(const LatticeBody& body) const;

@@ -118,7 +118,7 @@ BoundaryLinks<T>::BoundaryLinks(const BodyMap& map, const PopulationLayout& layo
 template <class T>
 void BoundaryLinks<T>::update() {
   if (arrays_.links.size() > links_in_use_ + links_in_use_ / 2 + 8 * rows_.size() && new_cells_.empty()) put_in_order();
-  looked_at_.resize(static_cast<std::size_t>(layout_.cells()));
+  looked_at_.resize(layout_.cells());
   std::vector<std::array<std::int32_t, 3>> cells;  // from the block's low corner
   const Cell& low = layout_.block().low;
   for (const BodyMap::ChangedCell& c : map_.changed()) {
@@ -161,7 +161,7 @@ void BoundaryLinks<T>::look_at(const Cell& cell) {
     const auto& e = d3q19::e[alpha];
     const std::int32_t owner = map_.owner(site.index + layout_.neighbour(alpha));
     if (owner > BodyMap::fluid) {
-      const auto end = bodies.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto end = bodies.begin() + count;
       const auto known = std::find_if(bodies.begin(), end, [&](const Beside& b) { return b.body == owner - 1; });
       if (known == end) *known = {owner - 1, 0}, ++count;
       known->directions |= 1U << alpha;
@@ -205,8 +205,8 @@ template <class T>
 void BoundaryLinks<T>::move(BoundaryRow& row, std::uint32_t cell, std::int32_t cells, std::uint32_t link,
                             std::int32_t links) {
   const auto move = [](auto& array, std::size_t values, std::uint32_t from, std::uint32_t end, std::int32_t by) {
-    const auto first = array.begin() + static_cast<std::ptrdiff_t>(values * from);
-    const auto last = array.begin() + static_cast<std::ptrdiff_t>(values * end);
+    const auto first = array.begin() + values * from;
+    const auto last = array.begin() + values * end;
     const std::ptrdiff_t distance = static_cast<std::ptrdiff_t>(values) * by;
     if (by < 0)
       std::copy(first, last, first + distance);
@@ -219,18 +219,14 @@ void BoundaryLinks<T>::move(BoundaryRow& row, std::uint32_t cell, std::int32_t c
   });
   each_by_cell(arrays_, arrays_,
                [&](const auto&, auto& array, std::size_t values) { move(array, values, cell, end, cells); });
-  const auto by = [](std::uint32_t& place, std::int32_t distance) {
-    place = static_cast<std::uint32_t>(static_cast<std::int32_t>(place) + distance);
-  };
-  by(row.links, links);
-  by(row.cells, cells);
-  links_in_use_ += static_cast<std::size_t>(static_cast<std::ptrdiff_t>(links));
-  const auto moved_by = static_cast<std::uint32_t>(cells);
+  row.links += links;
+  row.cells += cells;
+  links_in_use_ += links;
   for (std::uint32_t i = cell; i < end; ++i) {
-    const CellInRow& moved = arrays_.cells[i + moved_by];
+    const CellInRow& moved = arrays_.cells[i + cells];
     CellGroup& group = group_of(moved);
-    by(group.first_link[moved.place.lane], links);
-    by(group.moments[moved.place.lane], cells);
+    group.first_link[moved.place.lane] += links;
+    group.moments[moved.place.lane] += cells;
   }
 }
 
@@ -256,7 +252,7 @@ void BoundaryLinks<T>::add(BoundaryRow& row, const Cell& local, std::uint32_t bo
   arrays_.cells[place_of_cell] = {body, place};
   LinkInRow* link = arrays_.links.data() + first_link;
   for (std::uint32_t bits = directions; bits != 0; bits &= bits - 1)
-    *link++ = static_cast<LinkInRow>(cell[2]) << direction_bits | static_cast<LinkInRow>(std::countr_zero(bits));
+    *link++ = cell[2] << direction_bits | std::countr_zero(bits);
   new_cells_.push_back({body, place});
 }
 
@@ -287,17 +283,15 @@ void BoundaryLinks<T>::append(BoundaryRow& row, const Arrays& from, Arrays& to, 
   const BoundaryRow before = row;
   const bool stays = &from == &to && row.first_link + row.room_for_links == to.links.size();
   if (!stays) {
-    row.first_link = static_cast<std::uint32_t>(to.links.size());
-    row.first_cell = static_cast<std::uint32_t>(to.cells.size());
+    row.first_link = to.links.size();
+    row.first_cell = to.cells.size();
   }
   row.room_for_links = row.links + links + row.links / 4 + 8;
   row.room_for_cells = row.cells + row.cells / 4 + 4;
   const auto make_room = [&](const auto& old, auto& array, std::size_t first, std::size_t first_before,
                              std::size_t count, std::size_t room) {
     array.resize(first + room);
-    if (!stays)
-      std::copy_n(old.begin() + static_cast<std::ptrdiff_t>(first_before), count,
-                  array.begin() + static_cast<std::ptrdiff_t>(first));
+    if (!stays) std::copy_n(old.begin() + first_before, count, array.begin() + first);
   };
   each_by_link(from, to, [&](const auto& old, auto& array, std::size_t values) {
     make_room(old, array, values * row.first_link, values * before.first_link, values * row.links,

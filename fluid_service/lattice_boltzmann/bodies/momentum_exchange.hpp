@@ -74,7 +74,7 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
         layout_(layout),
         map_(map),
         films_(films),
-        single_links_(formula, layout, map, films),
+        single_links_(formula, layout, map),
         exchange_groups_(std::get<ExchangeGroupsBy<Formula, T>>(choose_kernels<T>().exchange_groups)) {}
 
   void operator()(std::span<const std::int32_t> bodies, BoundaryLinks<T>& links, std::span<const double> returned,
@@ -110,12 +110,10 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
                 std::vector<double>& distances) const {
     const bool by_lanes = is_simple(map_.bodies()[body]);
     BodyInBlock in_block;
-    std::vector<FilmBeside> films;
+    FilmsBeside films = films_.beside(body);
     CellGroup alone, rest;
-    if (by_lanes) {
-      in_block = place_in_block(map_.bodies()[body], groups, returned);
-      films_.put(films_.beside(body), in_block, films);
-    }
+    if (by_lanes) in_block = place_in_block(map_.bodies()[body], groups, returned);
+    in_block.films = &films;
     const ShapeKind kind = map_.bodies()[body].kind;
     const bool has_distances =
         by_lanes && Formula::uses_wall_distance && kind != ShapeKind::sphere && kind != ShapeKind::ellipsoid;
@@ -137,18 +135,18 @@ class MomentumExchangeBy final : public MomentumExchange<T> {
           };
           for (std::size_t i = 0; i < load_components; ++i) loads[place][i] += sum(lanes.sums[i]);
           for (std::size_t axis = 0; axis < 3; ++axis) kept_back[axis] += sum(lanes.sums[load_components + axis]);
-          for (FilmBeside& film : films)
+          for (FilmBeside& film : films.surfaces)
             for (std::size_t i = 0; film.other >= 0 && i < FilmBeside::components; ++i)
               loads[film.other][i] += sum(std::exchange(film.sums[i], {}));
         }
         if (g == end) break;
         if (by_lanes && Formula::uses_second_cell && take_apart(*groups[g], alone, rest)) {
-          single_links_(body, place, alone, values, returned, loads, kept_back);
+          single_links_(body, place, alone, films, values, returned, loads, kept_back);
           groups[g] = &rest;
           continue;
         }
         if (!by_lanes) prefetch_ahead<per_link, per_cell>(groups.data() + g, values);
-        single_links_(body, place, *groups[g++], values, returned, loads, kept_back);
+        single_links_(body, place, *groups[g++], films, values, returned, loads, kept_back);
       }
     }
   }

@@ -129,7 +129,7 @@ NearbyBodies::NearbyBodies(const FluidSetup& setup, const LatticeUnits& units, c
   if (communicator.rank() != 0) return;
   near_.resize(setup.bodies.size());
   stays_m_.resize(setup.bodies.size());
-  listed_.resize(static_cast<std::size_t>(communicator.size()));
+  listed_.resize(communicator.size());
 }
 
 std::size_t NearbyBodies::place_of(std::int32_t body) const {
@@ -236,11 +236,11 @@ void NearbyBodies::take_own_section() {
   std::uint64_t records = 0;
   const std::byte* from = take(records_.data(), records);
   bodies_.resize(records);
-  kinematics_.resize(static_cast<Eigen::Index>(records));
+  kinematics_.resize(records);
   returned_mass_.assign(records, 0.0);
   for (std::size_t place = 0; place < records; ++place) {
     from = take(from, bodies_[place]);
-    from = take_record(from, kinematics_, static_cast<Eigen::Index>(place), returned_mass_[place]);
+    from = take_record(from, kinematics_, place, returned_mass_[place]);
   }
 }
 

@@ -97,7 +97,7 @@ class PlacedMesh final : public PlacedShape {
       : PlacedShape(position, orientation), cell_(position.array().floor()), offset_((position - cell_).array() - 0.5) {
     const Eigen::Matrix3d R = orientation.toRotationMatrix() / cell_m;
     std::vector<Whole> vertices;
-    vertices.reserve(static_cast<std::size_t>(mesh.vertices_m.cols()));
+    vertices.reserve(mesh.vertices_m.cols());
     for (const auto& vertex : mesh.vertices_m.colwise()) {
       const Eigen::Vector3d r = R * vertex;
       bounds_.extend(r);

@@ -12,7 +12,7 @@
 #include "contract/errors.hpp"
 #include "lattice_boltzmann/bodies/body_map.hpp"
 #include "lattice_boltzmann/bodies/load_sums.hpp"
-#include "lattice_boltzmann/bodies/thin_films.hpp"
+#include "lattice_boltzmann/kernel/film.hpp"
 #include "lattice_boltzmann/kernel/link_formula.hpp"
 #include "lattice_boltzmann/kernel/surface_cells.hpp"
 
@@ -48,7 +48,7 @@ inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout&
   double e_dot_u = 0.0;
   double distance = 0.5;  // of a face
   if (domain.canonical(behind)) {
-    const LatticeBody& other = map.bodies()[static_cast<std::size_t>(map.owner(layout.cell(behind)) - 1)];
+    const LatticeBody& other = map.bodies()[map.owner(layout.cell(behind)) - 1];
     const LinkToBody seen = domain.link_to_body(other.position, at, d3q19::opposite(alpha));
     e_dot_u = -along(seen.direction, other.surface_velocity(seen.r));
     distance = wall_distance(other, seen.r, seen.direction);
@@ -67,18 +67,17 @@ inline double slope_between_surfaces(const BodyMap& map, const PopulationLayout&
 template <class Formula, class T>
 class SingleLinks {
  public:
-  SingleLinks(const Formula& formula, const PopulationLayout& layout, const BodyMap& map, const ThinFilms& films)
-      : formula_(formula), layout_(layout), map_(map), films_(films) {}
+  SingleLinks(const Formula& formula, const PopulationLayout& layout, const BodyMap& map)
+      : formula_(formula), layout_(layout), map_(map) {}
 
   /// Of one group of a body's boundary cells.
   /// @param place_of_body  in `loads`
-  void operator()(std::size_t body_index, std::size_t place_of_body, const CellGroup& group,
+  void operator()(std::size_t body_index, std::size_t place_of_body, const CellGroup& group, const FilmsBeside& films,
                   BoundaryValues<T>& boundary, double returned, std::span<LoadSums> loads, MomentumSums& kept) const {
     using namespace single_links;
     LoadSums& sums = loads[place_of_body];
     const Domain& domain = map_.domain();
     const LatticeBody& body = map_.bodies()[body_index];
-    const ThinFilms::Surfaces surfaces = films_.beside(body_index);
     for (std::size_t lane = 0; lane < surface_lanes; ++lane) {
       if (group.directions[lane] == 0) continue;
       const Cell cell = cell_of(group, lane);
@@ -123,8 +122,9 @@ class SingleLinks {
         const auto stored = static_cast<double>(population);
         const double exchanged = link.leaving + stored;
         if (!(std::abs(exchanged) < absurd_population)) throw_diverged(cell);
-        ThinFilms::Film film;
-        if (!surfaces.empty()) film = films_.film(surfaces, r + link.wall_distance * Eigen::Vector3d(e[0], e[1], e[2]));
+        const Film<double> film(films, {r[0], r[1], r[2]}, link.wall_distance, d3q19::velocity[seen]);
+        const FilmBeside* const beside = film.number < 0 ? nullptr : &films.surfaces[film.number];
+        const bool is_shared = beside != nullptr && beside->other >= 0;
         const std::int64_t fixed = fixed_point::from_double(film.resolved * exchanged);
         for (std::size_t axis = 0; axis < 3; ++axis) force[axis] += e[axis] * fixed;
         if (film.resolved < 1.0) {
@@ -132,15 +132,16 @@ class SingleLinks {
           const std::int64_t half = unresolved / 2;
           std::int64_t on_other[3] = {0, 0, 0};
           for (std::size_t axis = 0; axis < 3; ++axis) {
-            if (film.other < 0) {
-              kept[axis] += fixed_point::Sum{e[axis]} * unresolved;
-            } else {
+            if (is_shared) {
               force[axis] += e[axis] * (unresolved - half);
               on_other[axis] = e[axis] * half;
+            } else {
+              kept[axis] += fixed_point::Sum{e[axis]} * unresolved;
             }
           }
           // The body itself: through a periodic face.
-          if (film.other >= 0) add(r - film.other_centre, on_other, loads[film.other]);
+          if (is_shared)
+            add(r - Eigen::Map<const Eigen::Vector3d>(beside->centre_m) / films.cell_m, on_other, loads[beside->other]);
         }
         if constexpr (Formula::conserving) {
           const double absorbed = link.leaving - stored;
@@ -234,7 +235,6 @@ class SingleLinks {
   Formula formula_;
   const PopulationLayout& layout_;
   const BodyMap& map_;
-  const ThinFilms& films_;
 };
 
 }  // namespace copepod::fluid

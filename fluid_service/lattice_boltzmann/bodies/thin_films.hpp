@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,7 +10,7 @@
 #include "contract/exchange.hpp"
 #include "contract/fluid_setup.hpp"
 #include "geometry/near_surfaces.hpp"
-#include "lattice_boltzmann/kernel/exchange_group.hpp"
+#include "lattice_boltzmann/kernel/film.hpp"
 
 namespace copepod::fluid {
 
@@ -39,52 +38,20 @@ class ThinFilms {
     surfaces_->find(kinematics);
   }
 
-  using Surfaces = std::span<const NearSurface>;
-
-  /// What has films with a body.
-  [[nodiscard]] Surfaces beside(std::size_t body) const {
-    if (!surfaces_) return {};
-    return surfaces_->of_body(static_cast<std::size_t>(*place_of(static_cast<int>(body))));
-  }
-
-  /// The same for exchange_groups.
-  /// @param films  of the body, which refers to them
-  void put(Surfaces surfaces, BodyInBlock& body, std::vector<FilmBeside>& films) const {
-    for (const NearSurface& surface : surfaces)
-      films.push_back({.other = surface.is_mirrored() ? -1 : surface.other,
-                       .centre_m = surface.is_body() ? surface.core.centre_W_m.data() : nullptr,
-                       .half_m = surface.core.half_W_m.data(),
-                       .inverse_per_m2 = surface.is_ellipsoid() ? surface.inverse_per_m2.data() : nullptr,
-                       .radius_m = surface.radius_m,
-                       .normal = surface.normal.data(),
-                       .distance_of_centre_m = surface.distance_of_centre_m,
-                       .far_m = surface.stretch * far_m_});
-    body.films = films.data();
-    body.film_count = films.size();
-    body.cell_m = setup_.cell_size_m;
-    body.film_low_m = range_.low_m;
-    body.film_high_m = range_.high_m;
-  }
-
-  /// The film at a point of a body's surface.
-  struct Film {
-    double resolved = 1.0;  ///< part of what acts there that belongs to the body's loads
-    int other = -1;         ///< on the other side, among the bodies found; −1: a wall or a mirror image
-    Eigen::Vector3d other_centre{0, 0, 0};  ///< of that body or its image, from the body's centre, in cells
-  };
-
-  /// The thinnest one.
-  /// @param r  from the body's centre, in cells
-  [[nodiscard]] Film film(Surfaces surfaces, const Eigen::Vector3d& r) const {
-    Film film;
-    const Eigen::Vector3d point_m = setup_.cell_size_m * r;
-    for (const NearSurface& surface : surfaces) {
-      if (surface.beyond_plane_m(point_m) >= surface.stretch * far_m_) continue;
-      const double resolved = range_.resolved_share(surface.from(point_m).m);
-      if (resolved >= film.resolved) continue;
-      film = {resolved, surface.is_mirrored() ? -1 : surface.other, surface.core.centre_W_m / setup_.cell_size_m};
-    }
-    return film;
+  /// What has films with a body; refers to what find() has found.
+  [[nodiscard]] FilmsBeside beside(std::size_t body) const {
+    FilmsBeside films{.cell_m = setup_.cell_size_m, .low_m = range_.low_m, .high_m = range_.high_m};
+    if (!surfaces_) return films;
+    for (const NearSurface& surface : surfaces_->of_body(*place_of(body)))
+      films.surfaces.push_back({.other = surface.is_mirrored() ? -1 : surface.other,
+                                .centre_m = surface.is_body() ? surface.core.centre_W_m.data() : nullptr,
+                                .half_m = surface.core.half_W_m.data(),
+                                .inverse_per_m2 = surface.is_ellipsoid() ? surface.inverse_per_m2.data() : nullptr,
+                                .radius_m = surface.radius_m,
+                                .normal = surface.normal.data(),
+                                .distance_of_centre_m = surface.distance_of_centre_m,
+                                .far_m = surface.stretch * far_m_});
+    return films;
   }
 
  private:

@@ -27,8 +27,8 @@ class HaloExchange {
     for (int rank = 0; rank < partition.ranks(); ++rank)
       if (touches(domain, partition.block(rank), layout.block())) collect(domain, partition, layout, rank);
     for (Peer& peer : peers_) {
-      peer.send_buffer.resize(static_cast<std::size_t>(peer.send[0].values()));
-      peer.receive_buffer.resize(static_cast<std::size_t>(peer.receive[0].values()));
+      peer.send_buffer.resize(peer.send[0].values());
+      peer.receive_buffer.resize(peer.receive[0].values());
     }
     for (Peer& peer : peers_)
       messages_.push_back({peer.rank, std::as_bytes(std::span(peer.send_buffer)),

@@ -7,7 +7,9 @@
 #include <tuple>
 #include <type_traits>
 
+#include "lattice_boltzmann/kernel/film.hpp"
 #include "lattice_boltzmann/kernel/link_formula.hpp"
+#include "lattice_boltzmann/kernel/packs.hpp"
 #include "lattice_boltzmann/kernel/stream_collide.hpp"
 #include "lattice_boltzmann/kernel/surface_cells.hpp"
 
@@ -15,22 +17,6 @@
 // same bits. Compiled once per instruction set, like the bulk update, and hence without Eigen.
 
 namespace copepod::fluid {
-
-/// A NearSurface of a body, and what links that end in films beside it add.
-struct FilmBeside {
-  int other = -1;                          ///< body whose loads take half of what the film leaves out; −1: none
-  const double* centre_m = nullptr;        ///< of another body, from the centre of this one; null: a wall
-  const double* half_m = nullptr;          ///< of its core
-  const double* inverse_per_m2 = nullptr;  ///< S⁻¹ of an ellipsoid, else null
-  double radius_m = 0.0;
-  const double* normal = nullptr;
-  double distance_of_centre_m = 0.0;
-  double far_m = 0.0;    ///< no film so far from the plane with this normal that touches the surface
-  bool is_near = false;  ///< of the group of cells that is computed
-  static constexpr std::size_t components = 6;
-  std::array<Lanes<double>, components> added{};       ///< force and torque on `other`, by that group
-  std::array<Lanes<std::int64_t>, components> sums{};  ///< by all groups, as in LaneSums
-};
 
 /// A body and where its boundary cells are, lattice units.
 struct BodyInBlock {
@@ -43,10 +29,7 @@ struct BodyInBlock {
   double returned = 0.0;         ///< mass to be given back, by the weight of the links
   const double* form = nullptr;  ///< of an ellipsoid r·A r = 1: A
   const double* wall_distances = nullptr;  ///< of other bodies, by group, link of a cell, and lane
-  FilmBeside* films = nullptr;
-  std::size_t film_count = 0;
-  double cell_m = 0.0;
-  double film_low_m = 0.0, film_high_m = 0.0;  ///< as FilmRange has them
+  FilmsBeside* films = nullptr;
   static constexpr std::size_t distances_per_group = (d3q19::directions - 1) * surface_lanes;
 };
 
@@ -184,9 +167,9 @@ struct ExchangeGroupLoop {
       for (std::size_t lane = 0; lane < surface_lanes; ++lane)
         returning[lane][per_link * j] = outcome.returning[j][lane];
     for (std::size_t c = 0; c < components<in_films>; ++c) add_up(outcome.added[c], sums.sums[c]);
-    for (std::size_t i = 0; in_films && i < body.film_count; ++i)
-      for (std::size_t c = 0; body.films[i].is_near && c < FilmBeside::components; ++c)
-        add_up(body.films[i].added[c], body.films[i].sums[c]);
+    if constexpr (!in_films) return;
+    for (FilmBeside& film : body.films->surfaces)
+      for (std::size_t c = 0; film.is_near && c < FilmBeside::components; ++c) add_up(film.added[c], film.sums[c]);
   }
 
   [[gnu::always_inline]] static void add_up(const Lanes<double>& added, Lanes<std::int64_t>& sums) {
@@ -222,15 +205,6 @@ struct ExchangeGroupLoop {
     return load<V>(lanes);
   }
 
-  [[gnu::always_inline]] static V square_root(const V& x) {
-    double lanes[width];
-    std::memcpy(lanes, &x, sizeof(x));
-    for (double& lane : lanes) lane = __builtin_sqrt(lane);
-    V result;
-    std::memcpy(&result, lanes, sizeof(result));
-    return result;
-  }
-
   /// e_α of one link per lane. Where selecting costs nothing, as with AVX-512, products with it are additions under a
   /// mask; no sum is −0 either way.
   struct Direction {
@@ -257,29 +231,7 @@ struct ExchangeGroupLoop {
     [[gnu::always_inline]] V dot(const V (&x)[3]) const { return add(2, add(1, add(0, V{}, x[0]), x[1]), x[2]); }
   };
 
-  [[gnu::always_inline]] static bool all(const Integers& masks) {
-    using Bytes = typename PackOf<std::int8_t>::Type;
-    const Bytes bytes = __builtin_convertvector(masks, Bytes);
-    std::uint64_t bits = ~std::uint64_t{0};
-    std::memcpy(&bits, &bytes, width);
-    return bits == ~std::uint64_t{0};
-  }
-
   [[gnu::always_inline]] static V rounded(const V& x) { return (x + LaneSums::rounder) - LaneSums::rounder; }
-  template <class X>
-  [[gnu::always_inline]] static V dot(const X* a, const V* b) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  }
-  /// (x × y)_a
-  template <class X>
-  [[gnu::always_inline]] static V cross(const X* x, const V* y, std::size_t a) {
-    return x[(a + 1) % 3] * y[(a + 2) % 3] - x[(a + 2) % 3] * y[(a + 1) % 3];
-  }
-
-  /// A x
-  [[gnu::always_inline]] static void multiply(const double* A, const V (&x)[3], V (&product)[3]) {
-    for (std::size_t a = 0; a < 3; ++a) product[a] = dot(A + 3 * a, x);
-  }
 
   /// From the body's position to cells.
   [[gnu::always_inline]] static void place(const BodyInBlock& body, const CellGroup& group, std::size_t lane,
@@ -292,10 +244,9 @@ struct ExchangeGroupLoop {
   static bool find_films(const BodyInBlock& body, const CellGroup& group) {
     constexpr double longer_than_links = 1.5;
     bool any = false;
-    for (std::size_t i = 0; i < body.film_count; ++i) {
-      FilmBeside& film = body.films[i];
+    for (FilmBeside& film : body.films->surfaces) {
       film.is_near = false;
-      const double reach = (film.far_m - film.distance_of_centre_m) / body.cell_m + longer_than_links;
+      const double reach = (film.far_m - film.distance_of_centre_m) / body.films->cell_m + longer_than_links;
       for (std::size_t lane = 0; lane < surface_lanes; lane += width) {
         V r[3];
         place(body, group, lane, r);
@@ -307,48 +258,6 @@ struct ExchangeGroupLoop {
     }
     return any;
   }
-
-  /// From a surface to points, as NearSurface::from has it.
-  [[gnu::always_inline]] static V thickness_m(const FilmBeside& film, const V (&point_m)[3]) {
-    if (film.centre_m == nullptr) return film.distance_of_centre_m + dot(film.normal, point_m);
-    V p[3] = {point_m[0] - film.centre_m[0], point_m[1] - film.centre_m[1], point_m[2] - film.centre_m[2]};
-    if (film.inverse_per_m2 != nullptr) {
-      V along[3];
-      multiply(film.inverse_per_m2, p, along);
-      const double* const last = film.inverse_per_m2 + 6;
-      along[2] = last[0] * p[0] + (last[1] * p[1] + last[2] * p[2]);  // Eigen's order
-      const V s = square_root(dot(p, along));
-      return (s - 1.0) * s / square_root(dot(along, along));
-    }
-    const double* const half = film.half_m;
-    if (const double square = half[0] * half[0] + half[1] * half[1] + half[2] * half[2]; square > 0.0) {
-      V nearest = dot(half, p) / square;
-      nearest = nearest < -1.0 ? V{} - 1.0 : (nearest > 1.0 ? V{} + 1.0 : nearest);
-      for (std::size_t a = 0; a < 3; ++a) p[a] = p[a] - nearest * half[a];
-    }
-    return square_root(dot(p, p)) - film.radius_m;
-  }
-
-  /// ThinFilms::film where links cross the surface.
-  struct Film {
-    V resolved = V{} + 1.0;
-    Integers number = Integers{} - 1;  ///< −1: none
-
-    [[gnu::always_inline]] Film(const BodyInBlock& body, const V (&r)[3], const Link<V>& link) {
-      V point_m[3];
-      for (std::size_t a = 0; a < 3; ++a) point_m[a] = body.cell_m * (r[a] + link.wall_distance * link.e[a]);
-      for (std::size_t i = 0; i < body.film_count; ++i) {
-        if (!body.films[i].is_near) continue;
-        if (all(body.films[i].distance_of_centre_m + dot(body.films[i].normal, point_m) >= body.films[i].far_m))
-          continue;
-        V share = (thickness_m(body.films[i], point_m) - body.film_low_m) / (body.film_high_m - body.film_low_m);
-        share = share < 0.0 ? V{} : (share > 1.0 ? V{} + 1.0 : share);
-        const Integers thinner = ~(share >= resolved);
-        resolved = thinner ? share : resolved;
-        number = thinner ? Integers{} + static_cast<std::int64_t>(i) : number;
-      }
-    }
-  };
 
   /// Half of integers, multiples of 2⁻⁵⁰, without the fraction.
   [[gnu::always_inline]] static V half_of(const V& x) {
@@ -464,13 +373,14 @@ struct ExchangeGroupLoop {
       V fixed = rounded(exchanged);
       [[maybe_unused]] V resolved = zero + 1.0;
       if constexpr (in_films) {
-        const Film film(body, r, link);
+        const Film<V> film(*body.films, r, link.wall_distance, link.e);
         resolved = film.resolved;
         const V all_of_it = fixed;
         fixed = rounded(resolved * exchanged);
         const V unresolved = all_of_it - fixed;
-        for (std::size_t i = all(film.number < 0) ? body.film_count : 0; i < body.film_count; ++i) {
-          FilmBeside& beside = body.films[i];
+        const std::size_t count = all(film.number < 0) ? 0 : body.films->surfaces.size();
+        for (std::size_t i = 0; i < count; ++i) {
+          FilmBeside& beside = body.films->surfaces[i];
           const Integers here = film.number == static_cast<std::int64_t>(i);
           if (!beside.is_near || all(~here)) continue;
           const V missing = here ? unresolved : zero;
@@ -480,7 +390,7 @@ struct ExchangeGroupLoop {
           }
           const V half = half_of(missing);
           fixed = fixed + (missing - half);
-          torque_squares = torque_squares + add_to_other(beside, body.cell_m, lane, r, direction, half);
+          torque_squares = torque_squares + add_to_other(beside, body.films->cell_m, lane, r, direction, half);
         }
       }
       for (std::size_t a = 0; a < 3; ++a) force[a] = direction.add(a, force[a], fixed);

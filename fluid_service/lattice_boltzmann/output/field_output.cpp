@@ -49,20 +49,12 @@ Box region_of(const FieldOutput& output, const Cell& domain_cells) {
   return region;
 }
 
-Extent in_file_order(const Cell& cell) {
-  return {static_cast<std::uint64_t>(cell[2]), static_cast<std::uint64_t>(cell[1]),
-          static_cast<std::uint64_t>(cell[0])};
-}
-
-Extent with(Extent extent, std::uint64_t last) {
-  extent.push_back(last);
-  return extent;
-}
+Extent in_file_order(const Cell& cell) { return {cell.rbegin(), cell.rend()}; }
 
 /// Shape in the file: (z, y, x) of a scalar, (z, y, x, 3) of a vector.
 Extent shape_of(const Box& box, bool is_vector) {
   const Extent shape = in_file_order({box.extent(0), box.extent(1), box.extent(2)});
-  return is_vector ? with(shape, 3) : shape;
+  return is_vector ? Hdf5File::with(shape, 3) : shape;
 }
 
 std::string group_in(Hdf5File& file, const InitialFlow& flow) {
@@ -86,7 +78,7 @@ std::vector<double> read_array(Hdf5File& file, const std::string& name, bool is_
                     is_vector ? ", with three components" : ""));
   std::vector<double> values(static_cast<std::size_t>(box.volume()) * (is_vector ? 3 : 1));
   const Extent start = in_file_order(box.low);
-  file.read(name, is_vector ? with(start, 0) : start, shape_of(box, is_vector), values.data());
+  file.read(name, is_vector ? Hdf5File::with(start, 0) : start, shape_of(box, is_vector), values.data());
   return values;
 }
 
@@ -94,7 +86,7 @@ std::vector<double> read_array(Hdf5File& file, const std::string& name, bool is_
 std::vector<double> read_excess_density(Hdf5File& file, const std::string& group, const FluidSetup& setup,
                                         const Box& box) {
   const std::string pressure = group + "/pressure_Pa", density = group + "/density_kg_per_m3";
-  std::vector<double> values(static_cast<std::size_t>(box.volume()));
+  std::vector<double> values(box.volume());
   if (file.has(pressure)) {
     values = read_array(file, pressure, false, setup, box);
     for (double& value : values) value = LatticeUnits(setup).excess_density_lu(value);
@@ -215,7 +207,7 @@ void FieldWriter::write_values(SharedFile& file, std::size_t array, const Box& b
     if (part.values.empty()) continue;
     const Extent start = in_file_order(
         {part.box.low[0] - region_.low[0], part.box.low[1] - region_.low[1], part.box.low[2] - region_.low[2]});
-    file.write(offsets_[array], shape_of(region_, is_vector), is_vector ? with(start, 0) : start,
+    file.write(offsets_[array], shape_of(region_, is_vector), is_vector ? Hdf5File::with(start, 0) : start,
                shape_of(part.box, is_vector), part.values.data());
   }
 }

@@ -93,7 +93,7 @@ VelocityGradient::VelocityGradient(const FluidSetup& setup, const FieldBlock& bl
       partition_(domain_.cells(), communicator.size(), setup.bodies.size()),
       layout_(block.box, sizeof(double)),
       stride_{layout_.neighbour(1), layout_.neighbour(3), layout_.neighbour(5)} {
-  for (std::vector<double>& component : u_) component.resize(static_cast<std::size_t>(layout_.cells()));
+  for (std::vector<double>& component : u_) component.resize(layout_.cells());
   auto next = block.velocity_m_per_s.begin();
   for_each_cell(block.box, [&](const Cell& cell) {
     for (std::vector<double>& component : u_) component[layout_.cell(cell)] = *next++;

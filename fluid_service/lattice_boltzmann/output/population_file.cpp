@@ -25,17 +25,9 @@ const std::array<std::string, 3> momentum_gained = {"momentum_gained_x", "moment
 
 using Extent = Hdf5File::Extent;
 
-Extent extent_of(const Cell& cell) {
-  return {static_cast<std::uint64_t>(cell[0]), static_cast<std::uint64_t>(cell[1]),
-          static_cast<std::uint64_t>(cell[2])};
-}
+Extent extent_of(const Cell& cell) { return {cell.begin(), cell.end()}; }
 
 Extent count_of(const Box& box) { return extent_of({box.extent(0), box.extent(1), box.extent(2)}); }
-
-Extent extended(Extent extent, std::int64_t last) {
-  extent.push_back(static_cast<std::uint64_t>(last));
-  return extent;
-}
 
 /// Per body: position, orientation, velocity, angular velocity, absorbed mass.
 constexpr Eigen::Index columns = 15;
@@ -65,7 +57,7 @@ template <class T, class Visit>
 void for_each_piece_of_populations(const Box& box, const Visit& visit) {
   std::vector<T> populations;
   for_each_piece(box, piece_bytes / (19 * std::int64_t{sizeof(T)}), [&](const Box& piece) {
-    populations.resize(static_cast<std::size_t>(19 * piece.volume()));
+    populations.resize(19 * piece.volume());
     visit(piece, std::span<T>(populations));
   });
 }
@@ -157,13 +149,13 @@ Offsets lay_out(const std::string& path, const PopulationHeader& header, const F
   file.write_attribute(root, "checksum", sum);
   const Extent shape = extent_of(header.cells);
   Offsets offsets;
-  offsets.populations = file.make_dataset<T>(populations_name, extended(shape, 19));
+  offsets.populations = file.make_dataset<T>(populations_name, Hdf5File::with(shape, 19));
   if (state.kinematics.bodies() > 0)
     offsets.bodies =
         file.make_dataset<double>(bodies_name, {static_cast<std::uint64_t>(state.kinematics.bodies()), columns});
   if (state.mean.samples() > 0) {
     offsets.density = file.make_dataset<double>(density_name, shape);
-    offsets.velocity = file.make_dataset<double>(velocity_name, extended(shape, 3));
+    offsets.velocity = file.make_dataset<double>(velocity_name, Hdf5File::with(shape, 3));
     offsets.body = file.make_dataset<std::int32_t>(body_name, shape);
   }
   file.close();
@@ -176,8 +168,8 @@ void write_populations(SharedFile& file, std::int64_t offset, const Cell& cells,
                        const GetPopulations<T>& get) {
   for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
     get(piece, populations);
-    file.write(offset, extended(extent_of(cells), 19), extended(extent_of(piece.low), 0), extended(count_of(piece), 19),
-               populations.data());
+    file.write(offset, Hdf5File::with(extent_of(cells), 19), Hdf5File::with(extent_of(piece.low), 0),
+               Hdf5File::with(count_of(piece), 19), populations.data());
   });
 }
 
@@ -186,7 +178,7 @@ void write_mean(SharedFile& file, const Offsets& offsets, const Cell& cells, con
   const Extent start = extent_of(sums.box.low);
   const Extent count = count_of(sums.box);
   file.write(offsets.density, shape, start, count, sums.density_kg_per_m3.data());
-  file.write(offsets.velocity, extended(shape, 3), extended(start, 0), extended(count, 3),
+  file.write(offsets.velocity, Hdf5File::with(shape, 3), Hdf5File::with(start, 0), Hdf5File::with(count, 3),
              sums.velocity_m_per_s.data());
   file.write(offsets.body, shape, start, count, sums.body.data());
 }
@@ -216,7 +208,8 @@ std::uint64_t read_populations(Hdf5File& file, const PopulationHeader& header, c
                                const TakePopulations<T>& take, SolverContext& context) {
   std::uint64_t digest = 0;
   for_each_piece_of_populations<T>(box, [&](const Box& piece, std::span<T> populations) {
-    file.read(populations_name, extended(extent_of(piece.low), 0), extended(count_of(piece), 19), populations.data());
+    file.read(populations_name, Hdf5File::with(extent_of(piece.low), 0), Hdf5File::with(count_of(piece), 19),
+              populations.data());
     digest += digest_of_populations<T>(header.cells, piece, populations, context);
     take(header, piece, populations);
   });
@@ -235,7 +228,7 @@ void read_mean(Hdf5File& file, const Box& box, FluidState& state) {
     sums.velocity_m_per_s.resize(3 * cells);
     sums.body.resize(cells);
     file.read(density_name, start, count, sums.density_kg_per_m3.data());
-    file.read(velocity_name, extended(start, 0), extended(count, 3), sums.velocity_m_per_s.data());
+    file.read(velocity_name, Hdf5File::with(start, 0), Hdf5File::with(count, 3), sums.velocity_m_per_s.data());
     file.read(body_name, start, count, sums.body.data());
   }
   state.mean.restore(samples, std::move(sums));

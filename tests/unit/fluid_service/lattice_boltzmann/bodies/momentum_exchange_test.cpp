@@ -196,9 +196,9 @@ TEST(ThinFilms, AreNotBetweenBodiesThatOverlapAtAJointWhicheverBodiesAreLookedAt
   kinematics.orientation_wxyz << 1, 1, 0, 0, 0, 0, 0, 0;
   ThinFilms films(setup);
   films.find({0, 1}, kinematics);
-  EXPECT_FALSE(films.beside(0).empty() || films.beside(1).empty());
+  EXPECT_FALSE(films.beside(0).surfaces.empty() || films.beside(1).surfaces.empty());
   films.find({1, 2}, kinematics);
-  EXPECT_TRUE(films.beside(1).empty() && films.beside(2).empty());
+  EXPECT_TRUE(films.beside(1).surfaces.empty() && films.beside(2).surfaces.empty());
 }
 
 // Two bodies beside each other and a wall, or a mirror; films are thick, and the flow is any.
@@ -225,6 +225,14 @@ TEST(MomentumExchange, HasTheBitsOfSingleLinksInFilms) {
         }
         box.move();
         box.films.find({0, 1}, kinematics);
+        NearSurfaces surfaces(box.setup, FilmRange(box.setup).high_m);
+        surfaces.find(kinematics);
+        for (std::size_t b = 0; b < 2; ++b)
+          for (std::size_t i = 0; i < surfaces.of_body(b).size(); ++i) {
+            const Eigen::Vector3d at_m(3.1 - i, 2.9, -0.4 * b);
+            EXPECT_NEAR(fluid::thickness_m(box.films.beside(b).surfaces[i], {at_m[0], at_m[1], at_m[2]}),
+                        surfaces.of_body(b)[i].from(at_m).m, 1e-14);
+          }
         for (std::size_t i = 0; i < box.populations.size(); ++i)
           box.populations[i] = 0.002 * std::sin(0.7 * static_cast<double>(i % 1013));
         const auto collision = collision_constants<double>(CollisionKind::trt, 0.6, Eigen::Vector3d::Zero());
@@ -238,10 +246,10 @@ TEST(MomentumExchange, HasTheBitsOfSingleLinksInFilms) {
           MomentumExchangeBy<Formula, double>(formula, *box.layout, *box.map, box.films)(std::array{0, 1}, links,
                                                                                          returned, loads, kept);
           const auto by_link = std::exchange(links.values(), before).by_link;
-          const SingleLinks<Formula, double> single_links(formula, *box.layout, *box.map, box.films);
+          const SingleLinks<Formula, double> single_links(formula, *box.layout, *box.map);
           for (std::size_t b = 0; b < 2; ++b)
             for (const CellGroup& group : links.of_body(b).groups)
-              single_links(b, b, group, links.values(), returned[b], expected, expected_kept);
+              single_links(b, b, group, box.films.beside(b), links.values(), returned[b], expected, expected_kept);
           EXPECT_TRUE(loads == expected && kept == expected_kept && by_link == links.values().by_link);
           EXPECT_NE(by_link, before.by_link);
           const bool beside_faces = boundary == BoundaryKind::no_slip || thickness_m > 4.0;  // or mirror images

@@ -69,10 +69,8 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   }
   sphere.radius = 2.3;
   sphere.returned = 1e-4;
-  std::array<FilmBeside, 3> films{};  // with a wall, a capsule and an ellipsoid
-  sphere.cell_m = 2.0;
-  sphere.film_low_m = 1.0;
-  sphere.film_high_m = 9.0;
+  FilmsBeside films{.cell_m = 2.0, .low_m = 1.0, .high_m = 9.0};
+  sphere.films = &films;
   CellGroup one_by_one = group;  // its second cells are not fluid, or populations too large
   one_by_one.second_cells.fill(0);
   one_by_one.first_link.fill(large);
@@ -83,12 +81,14 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
     const bool second_cells = formula.uses_second_cell;
     BoundaryValues<T> values = second_cells ? with_second_cells : without;
     LaneSums sums;
-    for (FilmBeside& film : films) film.sums = {};
+    for (FilmBeside& film : films.surfaces) film.sums = {};
     EXPECT_EQ(exchange(formula, sphere, groups.data(), 2, values, sums), 1);
     const auto end_of_head = values.by_link.begin() + static_cast<std::ptrdiff_t>(head * values.per_link(second_cells));
     EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)),
               end_of_head - values.by_link.begin());  // free lane
-    return std::tuple(values.by_link, sums.sums, films[0].sums, films[1].sums, films[2].sums);
+    std::vector<decltype(FilmBeside::sums)> on_others;
+    for (const FilmBeside& film : films.surfaces) on_others.push_back(film.sums);
+    return std::tuple(values.by_link, sums.sums, on_others);
   };
   const auto all = [&](const fluid::ExchangeGroups<T>& groups) {
     const auto constants = collision_constants<T>(CollisionKind::trt, 0.6, Eigen::Vector3d(1e-5, 2e-5, 0.0));
@@ -108,23 +108,22 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   constexpr double z[] = {0.0, 0.0, 1.0}, back[] = {-1.0, 0.0, 0.0}, centre_m[] = {8.0, 9.0, 1.0},
                    half_m[] = {0.0, 0.5, 2.0}, x[] = {1.0, 0.0, 0.0}, other_centre_m[] = {-6.0, 2.0, 3.0},
                    inverse_per_m2[] = {0.1, 0.01, -0.02, 0.01, 0.2, 0.01, -0.02, 0.01, 0.3};
-  films[0] = {.normal = z, .distance_of_centre_m = 1.0, .far_m = 9.0};
-  films[1] = {.other = 0,
-              .centre_m = centre_m,
-              .half_m = half_m,
-              .radius_m = 2.0,
-              .normal = back,
-              .distance_of_centre_m = -4.0,
-              .far_m = 9.0};
-  films[2] = {.other = 1, .centre_m = other_centre_m, .inverse_per_m2 = inverse_per_m2, .normal = x, .far_m = 9.0};
-  sphere.films = films.data();
-  sphere.film_count = films.size();
+  films.surfaces = {
+      {.normal = z, .distance_of_centre_m = 1.0, .far_m = 9.0},  // a wall, a capsule and an ellipsoid
+      {.other = 0,
+       .centre_m = centre_m,
+       .half_m = half_m,
+       .radius_m = 2.0,
+       .normal = back,
+       .distance_of_centre_m = -4.0,
+       .far_m = 9.0},
+      {.other = 1, .centre_m = other_centre_m, .inverse_per_m2 = inverse_per_m2, .normal = x, .far_m = 9.0}};
   const auto without_films = std::exchange(expected, all(baseline_kernels<T>().exchange_groups));
   EXPECT_EQ(std::get<0>(std::get<3>(without_films)), std::get<0>(std::get<3>(expected))) << "the flow is the same";
   EXPECT_NE(std::get<1>(std::get<0>(without_films)), std::get<1>(std::get<0>(expected)));
-  for (const FilmBeside& film : films) EXPECT_EQ(film.sums != decltype(film.sums){}, film.other >= 0);
+  for (const FilmBeside& film : films.surfaces) EXPECT_EQ(film.sums != decltype(film.sums){}, film.other >= 0);
   expect_the_same_of_all();
-  sphere.film_count = 0;
+  films.surfaces.clear();
   expected = without_films;
   // As another body, whose surface happens to be where that of the sphere or ellipsoid is.
   std::vector<double> distances(2 * BodyInBlock::distances_per_group, 1.0);
