@@ -28,7 +28,7 @@ template <class Mask>
 
 template <class V>
 [[gnu::always_inline]] inline V square_root(const V& x) {
-  double lanes[sizeof(V) / sizeof(double)];
+  double lanes[sizeof(V) / sizeof(std::int64_t)];
   std::memcpy(lanes, &x, sizeof(x));
   for (double& lane : lanes) lane = __builtin_sqrt(lane);
   V result;
