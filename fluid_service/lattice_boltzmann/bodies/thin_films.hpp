@@ -42,7 +42,7 @@ class ThinFilms {
   [[nodiscard]] FilmsBeside beside(std::size_t body) const {
     FilmsBeside films{.cell_m = setup_.cell_size_m, .low_m = range_.low_m, .high_m = range_.high_m};
     if (!surfaces_) return films;
-    for (const NearSurface& surface : surfaces_->of_body(*place_of(body)))
+    for (const NearSurface& surface : surfaces_->of_body(*place_of(static_cast<int>(body))))
       films.surfaces.push_back({.other = surface.is_mirrored() ? -1 : surface.other,
                                 .centre_m = surface.is_body() ? surface.core.centre_W_m.data() : nullptr,
                                 .half_m = surface.core.half_W_m.data(),
