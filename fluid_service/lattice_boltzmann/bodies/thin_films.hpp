@@ -18,7 +18,7 @@ namespace copepod::fluid {
 /// the cell centres happen to lie, so loads leave it out, and the coupler adds what lubrication theory gives.
 class ThinFilms {
  public:
-  explicit ThinFilms(const FluidSetup& setup) : setup_(setup), range_(setup), far_m_((1.0 + 1e-6) * range_.high_m) {}
+  explicit ThinFilms(const FluidSetup& setup) : setup_(setup), range_(setup) {}
 
   /// Looks at some bodies of the setup only.
   /// @param bodies      ascending
@@ -42,6 +42,7 @@ class ThinFilms {
   [[nodiscard]] FilmsBeside beside(std::size_t body) const {
     FilmsBeside films{.cell_m = setup_.cell_size_m, .low_m = range_.low_m, .high_m = range_.high_m};
     if (!surfaces_) return films;
+    const double far_m = (1.0 + 1e-6) * range_.high_m;  // where they are resolved, and more than what is rounded
     for (const NearSurface& surface : surfaces_->of_body(*place_of(static_cast<int>(body))))
       films.surfaces.push_back({.other = surface.is_mirrored() ? -1 : surface.other,
                                 .centre_m = surface.is_body() ? surface.core.centre_W_m.data() : nullptr,
@@ -50,7 +51,7 @@ class ThinFilms {
                                 .radius_m = surface.radius_m,
                                 .normal = surface.normal.data(),
                                 .distance_of_centre_m = surface.distance_of_centre_m,
-                                .far_m = surface.stretch * far_m_});
+                                .far_m = surface.stretch * far_m});
     return films;
   }
 
@@ -64,7 +65,6 @@ class ThinFilms {
 
   FluidSetup setup_;
   FilmRange range_;
-  double far_m_;  ///< where films are resolved, and more than what is rounded
   std::vector<std::int32_t> bodies_;
   std::optional<NearSurfaces> surfaces_;  ///< of these bodies, by place
 };

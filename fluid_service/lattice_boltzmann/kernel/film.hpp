@@ -60,7 +60,8 @@ template <class V>
 /// The thinnest film at a point of the body's surface.
 template <class V>
 struct Film {
-  using Numbers = std::conditional_t<is_pack<V>, decltype(V{} < V{}), std::int64_t>;
+  static constexpr bool by_lanes = !std::is_floating_point_v<V>;
+  using Numbers = std::conditional_t<by_lanes, decltype(V{} < V{}), std::int64_t>;
   V resolved = V{} + 1.0;          ///< part of what acts there that belongs to the body's loads
   Numbers number = Numbers{} - 1;  ///< of the surface; −1: none
 
@@ -71,7 +72,7 @@ struct Film {
     for (std::size_t a = 0; a < 3; ++a) point_m[a] = films.cell_m * (r[a] + q * e[a]);
     for (std::size_t i = 0; i < films.surfaces.size(); ++i) {
       const FilmBeside& film = films.surfaces[i];
-      if (is_pack<V> && !film.is_near) continue;
+      if (by_lanes && !film.is_near) continue;
       if (all(film.distance_of_centre_m + dot(film.normal, point_m) >= film.far_m)) continue;
       V share = (thickness_m(film, point_m) - films.low_m) / (films.high_m - films.low_m);
       share = share < 0.0 ? V{} : (share > 1.0 ? V{} + 1.0 : share);

@@ -8,9 +8,6 @@
 
 namespace copepod::fluid {
 
-template <class V>
-inline constexpr bool is_pack = !std::is_floating_point_v<V>;
-
 /// Whether a mask, of lanes or of one number, has only ones.
 template <class Mask>
 [[gnu::always_inline]] inline bool all(const Mask& mask) {

@@ -12,6 +12,7 @@ from copepod_conformance.verdicts import Check, Violation, implied
 
 _REBOUND = implied("a body that hits a wall or another body rebounds with the restitution of the setup, within 2 %")
 _RESTING = implied("a body that lies on a wall under its weight stays there")
+_LEAVES = implied("a body whose bounding ball reaches an exit is behind it, and rests there from the next step on")
 _CLOSED = implied("joints are closed in every reply, while their bodies move and turn")
 _SPRING = implied("a spring in a hinge turns both its bodies alike, towards where it is relaxed")
 _LIMIT = implied("a slider that is pressed against its limit stays there")
@@ -62,6 +63,21 @@ def _resting(trial):
         raise Violation(f"a sphere on the floor came to rest {depth:.3g} of its radius deep, not {sinking:.3g}")
     if not np.abs(motion.velocity_m_per_s[0]).max() <= 1e-3 * sinking * RADIUS_M / STEP_S:
         raise Violation("a sphere on the floor does not come to rest")
+
+
+def _leaves(trial):
+    """Sphere 0 moves to an exit, and is there in the third step; along it, it is pushed all the time."""
+    moves = {"position_m": (*POSITIONS_M[0][:2], RADIUS_M + 2.5 * STEP_S * SPEED_M_PER_S)}
+    moves["velocity_m_per_s"] = (0.0, 0.0, -SPEED_M_PER_S)
+    exits = [dict(_FLOOR, removes_bodies=True)]
+    motions = [*motions_of(trial, force=(FORCE_N, 0.0, 0.0), walls=exits, bodies=spheres(moves, {}))]
+    behind = [motion.position_m[0][2] < 0.0 for motion in motions]
+    if behind != [step >= 3 for step in range(1, len(motions) + 1)]:
+        raise Violation(f"the sphere that reaches the exit in step 3 is behind it in {sum(behind)} of {len(motions)}")
+    if any(np.any(motion.velocity_m_per_s[0]) for motion in motions[3:]):
+        raise Violation("a body behind an exit has a velocity")
+    if any(np.any(motion.position_m[0] != motions[2].position_m[0]) for motion in motions[3:]):
+        raise Violation("a body behind an exit moves")
 
 
 _STEPS = 20
@@ -159,6 +175,7 @@ def checks(subject):
         check("a body rebounds with the restitution of the setup", _REBOUND, _rebounding, ("the wall",)),
         check("spheres rebound from each other", _REBOUND, _rebounding, ("each other",)),
         check("a body on the floor stays", _RESTING, _resting, needs=("contact", "walls", "gravity")),
+        check("a body that reaches an exit leaves", _LEAVES, _leaves, needs=("removal",)),
         *(check(f"a {kind} joint stays closed", _CLOSED, _stays_closed, (kind,)) for kind in kinds),
         check("a spring in a hinge turns both bodies", _SPRING, _spring_turns, needs=("joint:hinge", "joint:springs")),
         check("a slider stays at its limit", _LIMIT, _limit_holds, needs=("joint:slider", "joint:limits")),

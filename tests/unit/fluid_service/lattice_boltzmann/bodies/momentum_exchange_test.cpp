@@ -201,7 +201,7 @@ TEST(ThinFilms, AreNotBetweenBodiesThatOverlapAtAJointWhicheverBodiesAreLookedAt
   EXPECT_TRUE(films.beside(1).surfaces.empty() && films.beside(2).surfaces.empty());
 }
 
-// Two bodies beside each other and a wall, or a mirror; films are thick, and the flow is any.
+// Two bodies beside each other and a wall, or a mirror; films are thick, the flow is any, and cells have 2 m.
 TEST(MomentumExchange, HasTheBitsOfSingleLinksInFilms) {
   const Shape sphere{ShapeKind::sphere, 2.3, 0.0}, capsule{ShapeKind::capsule, 1.7, 1.5},
       ellipsoid{.kind = ShapeKind::ellipsoid, .radius_m = 2.7, .extents_m = {1.9, 2.7, 2.4}};
@@ -209,27 +209,31 @@ TEST(MomentumExchange, HasTheBitsOfSingleLinksInFilms) {
     for (const BoundaryKind boundary : {BoundaryKind::no_slip, BoundaryKind::free_slip})
       for (const double thickness_m : {2.0, 4.9}) {
         Box16 box(shape, boundary, {shape});
-        box.setup.film_thickness_m = thickness_m;
-        box.films = ThinFilms(box.setup);
+        FluidSetup setup = box.setup;
+        setup.cell_size_m = 2.0;
+        setup.film_thickness_m = 2.0 * thickness_m;
+        for (Shape& each : setup.bodies)
+          each = {each.kind, 2.0 * each.radius_m, 2.0 * each.length_m, 2.0 * each.extents_m};
+        box.films = ThinFilms(setup);
         Kinematics kinematics;
         kinematics.resize(2);
-        kinematics.position_m << 5.1, 10.3, 7.9, 8.6, 4.5, 5.4;
+        kinematics.position_m << 10.2, 20.6, 15.8, 17.2, 9.0, 10.8;
         kinematics.orientation_wxyz << 1, 0.6, 0, -0.5, 0, 0.2, 0, 0.3;
         kinematics.orientation_wxyz.col(1).normalize();
         for (int b = 0; b < 2; ++b) {
           LatticeBody& body = box.map->bodies()[static_cast<std::size_t>(b)];
           const Eigen::Vector4d q = kinematics.orientation_wxyz.col(b);
-          body.place(kinematics.position_m.col(b), Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
+          body.place(0.5 * kinematics.position_m.col(b), Eigen::Quaterniond(q[0], q[1], q[2], q[3]));
           body.velocity = {0.01, -0.02 * b, 0.015};
           body.angular_velocity = {0.002, 0.001, -0.003 * b};
         }
         box.move();
         box.films.find({0, 1}, kinematics);
-        NearSurfaces surfaces(box.setup, FilmRange(box.setup).high_m);
+        NearSurfaces surfaces(setup, FilmRange(setup).high_m);
         surfaces.find(kinematics);
         for (std::size_t b = 0; b < 2; ++b)
           for (std::size_t i = 0; i < surfaces.of_body(b).size(); ++i) {
-            const Eigen::Vector3d at_m(3.1 - i, 2.9, -0.4 * b);
+            const Eigen::Vector3d at_m(6.2 - i, 5.8, -0.8 * b);
             EXPECT_NEAR(fluid::thickness_m(box.films.beside(b).surfaces[i], {at_m[0], at_m[1], at_m[2]}),
                         surfaces.of_body(b)[i].from(at_m).m, 1e-14);
           }
