@@ -410,5 +410,15 @@ def lets_its_rods_drift():
     return run_body_component(Rods, with_features(BODY, "joint:distance"))
 
 
+def passes_exits():
+    """It adds nothing to the forces, and lets bodies move on beyond an exit."""
+
+    class Passes(Driven):
+        def add_drive(self, applied, x_m, force_N):
+            pass
+
+    return run_body_component(Passes, with_features(BODY, "removal"))
+
+
 if __name__ == "__main__":
     sys.exit(globals()[sys.argv.pop(1)]())

@@ -140,6 +140,7 @@ BROKEN = {
     ),
     "bends_without_reaction": ("body", ["physics"], {"a bend turns its arms": "velocity [m/s] of body 0"}),
     "lets_its_rods_drift": ("body", ["physics"], {"a distance joint stays closed": "length off by"}),
+    "passes_exits": ("body", ["physics"], {"a body that reaches an exit leaves": "behind it in 0 of 10"}),
     "ignores_an_abort": (
         "body",
         ["ends"],
