@@ -160,5 +160,19 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
   expect_the_same_with_distances(5, [&](const auto& r, const auto& e) { return entry_into_ellipsoid(form, r, e); });
 }
 
+TEST(Film, IsTheThinnestWhereALinkCrossesTheSurface) {
+  constexpr double up[] = {0.0, 0.0, 1.0};
+  FilmsBeside films{.cell_m = 2.0, .low_m = 1.0, .high_m = 9.0};
+  films.surfaces = {{.normal = up, .distance_of_centre_m = 10.0, .far_m = 9.0},
+                    {.other = 3, .normal = up, .distance_of_centre_m = 8.0, .far_m = 9.0}};
+  const std::array down = {0.0, 1.0, -1.0};
+  const Film<double> film(films, {0.0, 0.0, -1.0}, 0.25, down);  // at z = −2.5 m
+  EXPECT_EQ(film.number, 1);
+  EXPECT_DOUBLE_EQ(film.resolved, (5.5 - 1.0) / 8.0);
+  const Film<double> none(films, {0.0, 0.0, 2.0}, 0.25, down);  // at z = 3.5 m
+  EXPECT_EQ(none.number, -1);
+  EXPECT_EQ(none.resolved, 1.0);
+}
+
 }  // namespace
 }  // namespace copepod::fluid
