@@ -86,7 +86,7 @@ TYPED_TEST(ExchangeGroups, HaveTheSameBitsWithEveryInstructionSet) {
     const auto end_of_head = values.by_link.begin() + static_cast<std::ptrdiff_t>(head * values.per_link(second_cells));
     EXPECT_EQ(std::count(values.by_link.begin(), end_of_head, T(0)),
               end_of_head - values.by_link.begin());  // free lane
-    std::vector<decltype(FilmBeside::sums)> on_others;
+    std::vector<std::array<Lanes<std::int64_t>, FilmBeside::components>> on_others;
     for (const FilmBeside& film : films.surfaces) on_others.push_back(film.sums);
     return std::tuple(values.by_link, sums.sums, on_others);
   };
